@@ -222,5 +222,5 @@ def loop_inputs(form_factors, rows):
     """`rows` and `scale` of the compiled loops."""
     to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
     to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
-    share = np.float32(1 / (HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)))
-    return (rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share)
+    share = np.float32(1 / (HEMISPHERE_REPLICATES * rows.rays))
+    return (rows.chosen, rows.start, rows.key), (to_patch, to_cell, share)

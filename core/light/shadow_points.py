@@ -54,13 +54,6 @@ def split_net(point_count, parts):
     return np.sort(np.array(order).reshape(parts, -1), axis=1)
 
 
-class ShadowPoints(NamedTuple):
-    """Points of c patches, m each, from which shadow rays start."""
-
-    position: np.ndarray  # (c, m, 3) float32 [m]
-    open_points: np.ndarray  # (c, m) bool, False where the point lies deep inside something
-
-
 def shadow_points(patches, chosen, point_count):
     """Evenly distributed points on some patches: (c, point_count, 3) float32 [m].
 

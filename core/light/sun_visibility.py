@@ -17,7 +17,7 @@ from ..patches.patches import Patches
 from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import mix
 from ..threads import map_in_order
-from .shadow_points import KnownPoints, ShadowPoints, find_points, shadow_points, split_net
+from .shadow_points import KnownPoints, find_points, shadow_points, split_net
 from .sun_blocks import SunBlock
 
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
@@ -212,18 +212,17 @@ def trace_in_turns(watch, chosen, suns, found):
     for turn in range(turns):
         first = (turn - before) % turns
         taken = parts[(turn + begun.astype(int)) % turns]
-        points = ShadowPoints(position, is_open)
+        places, opened = position, is_open
         if turns > 1:
-            points = ShadowPoints(
-                np.take_along_axis(position, taken[:, :, None], axis=1), np.take_along_axis(is_open, taken, axis=1)
-            )
+            places = np.take_along_axis(position, taken[:, :, None], axis=1)
+            opened = np.take_along_axis(is_open, taken, axis=1)
         aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
         wanted = np.ones(aoi_projection.shape, bool) if watch.behind else aoi_projection > 0
-        free = watch.ray_scene.trace_shadow_rays(points.position, wanted, directions[first::turns])
+        free = watch.ray_scene.trace_shadow_rays(places, wanted, directions[first::turns])
         ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
         lit = aoi_projection, (turns * weights[first::turns]).astype(np.float32)
         columns = np.arange(first, len(directions), turns)
-        add_points(free, (points.open_points, taken), (*lit, columns), chosen, (found.bits, found.by_point))
+        add_points(free, (opened, taken), (*lit, columns), chosen, (found.bits, found.by_point))
     return ray_count
 
 

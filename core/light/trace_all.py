@@ -156,15 +156,15 @@ def measure_filled(form_factors, area):
     """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
     seen = np.zeros(len(area))
     for rows in form_factors.rows:
-        weight = np.repeat(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays), np.diff(rows.start)) * rows.count
+        weight = np.repeat(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays), np.diff(rows.start))
         seen += np.bincount(patch_of_keys(form_factors, rows), weight, len(area))
     return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
 
 
 def share_of_hits(form_factors, members):
     """Share of all hits that fall on some patches, (p,) bool."""
-    found = sum(float(rows.count[members[patch_of_keys(form_factors, rows)]].sum()) for rows in form_factors.rows)
-    return found / max(sum(float(rows.count.sum()) for rows in form_factors.rows), 1.0)
+    found = sum(int(members[patch_of_keys(form_factors, rows)].sum()) for rows in form_factors.rows)
+    return found / max(sum(len(rows.key) for rows in form_factors.rows), 1)
 
 
 def patch_of_keys(form_factors, rows):

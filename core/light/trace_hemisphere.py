@@ -136,7 +136,6 @@ def trace_part(city, chosen, sequence):
         start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
         met = hits.triangle.reshape(fate.shape), fate == FRONT
         found.hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
-        found.hits.rays = len(sequence)
     return found
 
 

@@ -27,7 +27,6 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1
 FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
-MOST_LISTED = 4096  # rays per patch up to which each is an entry of its own; merging equal ones would save little
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 SKY_DOME = "sky"  # the name of its first light, beside those of `sky.light_sources`
 
@@ -39,8 +38,7 @@ class Rows:
     chosen: np.ndarray  # (c,) int, patches
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
     key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
-    count: np.ndarray  # (e,) uint32, rays
-    rays: int | None = None  # of each replicate of each patch; None: as many as FormFactors says
+    rays: int  # of each replicate of each patch
 
 
 @dataclass
@@ -50,7 +48,6 @@ class FormFactors:
     rows: list  # of Rows
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
-    rays: int  # of each replicate, where the rows do not say
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
     links: tuple | None = field(default=None, repr=False, compare=False)  # last factor and lists of `links_of`
     sent: np.ndarray | None = field(default=None, repr=False, compare=False)  # (p,) bool, which patches have rows
@@ -72,21 +69,14 @@ class FormFactors:
         """Number of last bits of a key that hold replicate and start."""
         return REPLICATE_BITS + self.starts.bit_length() - 1
 
-    @property
-    def entries(self):
-        """Number of entries."""
-        return sum(len(rows.key) for rows in self.rows)
-
     def as_matrix(self):
         """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
         parts = [np.zeros((3, 0))]
         for rows in self.rows:
             patch = np.repeat(rows.chosen, np.diff(rows.start))
-            column = rows.key // (self.cells * self.starts * HEMISPHERE_REPLICATES)
-            replicate = rows.key % HEMISPHERE_REPLICATES
-            parts.append(
-                np.stack([patch * HEMISPHERE_REPLICATES + replicate, column, rows.count / (rows.rays or self.rays)])
-            )
+            column, replicate = np.divmod(rows.key, HEMISPHERE_REPLICATES)
+            place = patch * HEMISPHERE_REPLICATES + replicate
+            parts.append(np.stack([place, column // (self.cells * self.starts), np.full(len(patch), 1 / rows.rays)]))
         row, column, share = np.concatenate(parts, axis=1)
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
         return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
@@ -98,7 +88,7 @@ def leave_rows(rows, kept):
         return rows
     entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
     start = np.concatenate([[0], np.cumsum(counts)])
-    return Rows(rows.chosen[kept], start, rows.key[entries], rows.count[entries], rows.rays)
+    return Rows(rows.chosen[kept], start, rows.key[entries], rows.rays)
 
 
 def check_form_factors(form_factors, count):
@@ -112,17 +102,7 @@ def check_form_factors(form_factors, count):
         raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
     last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
     for rows in form_factors.rows:
-        entries = (len(rows.key),)
-        check_array("key of form_factors", rows.key, entries, kind="i", least=0, most=last, row="entry")
-        check_array(
-            "count of form_factors",
-            rows.count,
-            entries,
-            kind="i",
-            least=1,
-            most=rows.rays or form_factors.rays,
-            row="entry",
-        )
+        check_array("key of form_factors", rows.key, (len(rows.key),), kind="i", least=0, most=last, row="entry")
 
 
 def count_starts(count, cells, samples):
@@ -163,13 +143,9 @@ def count_hits(chosen, hits, places, cells, starts=None):
     places = tuple(weights.reshape(keys.shape) for weights in places)
     make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
     keys.sort(axis=1)
-    if rays <= MOST_LISTED:
-        key = np.empty(start[-1], np.int32)
-        list_keys(keys, start, key)
-        return Rows(chosen, start, key, np.broadcast_to(np.uint32(1), (start[-1],)))
-    key, count = np.empty(start[-1], np.int32), np.empty(start[-1], np.uint32)
-    merge_keys(keys, start, key, count)
-    return Rows(chosen, start, key[: start[-1]].copy(), count[: start[-1]].copy())
+    key = np.empty(start[-1], np.int32)
+    list_keys(keys, start, key)
+    return Rows(chosen, start, key, rays // HEMISPHERE_REPLICATES)
 
 
 @njit(nogil=True, cache=True)
@@ -202,24 +178,6 @@ def list_keys(keys, start, key):
         before = rays - (start[patch + 1] - start[patch])
         for entry in range(start[patch], start[patch + 1]):
             key[entry] = keys[patch, before + entry - start[patch]]
-
-
-@njit(nogil=True, cache=True)
-def merge_keys(keys, start, key, count):
-    """Write `start`, `key` and `count` from the sorted keys of each patch's hits, merging equal ones."""
-    entry = 0
-    for patch in range(len(keys)):
-        previous = -1
-        for found in keys[patch]:
-            if found < 0:
-                continue
-            if found == previous:
-                count[entry - 1] += 1
-            else:
-                key[entry], count[entry] = found, 1
-                entry += 1
-                previous = found
-        start[patch + 1] = entry
 
 
 @dataclass(kw_only=True)
@@ -324,6 +282,6 @@ def empty_traced(city):
         element_far_ground=np.zeros((count, elements), np.float32),
         open_share=np.ones((count, elements), np.float32),
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        form_factors=FormFactors([], count, elements, 0, city.starts) if city.reflections else None,
+        form_factors=FormFactors([], count, elements, city.starts) if city.reflections else None,
         ray_count=dict.fromkeys(first, 0),
     )

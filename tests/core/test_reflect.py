@@ -16,8 +16,8 @@ def random_form_factors(generator):
     for first in (0, 100):
         keys = np.sort(generator.integers(0, PATCHES * CELLS * REPLICATES, (100, RAYS)).astype(np.int32), axis=1)
         start = np.arange(101) * RAYS
-        rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), np.ones(keys.size, np.uint32)))
-    return FormFactors(rows, PATCHES, CELLS, 64)
+        rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), 64))
+    return FormFactors(rows, PATCHES, CELLS)
 
 
 @pytest.mark.parametrize("sources", [1, 7, 33])
@@ -76,7 +76,7 @@ def test_rows_are_replaced_one_by_one():
     generator = np.random.default_rng(3)
     form_factors, other = random_form_factors(generator), random_form_factors(generator)
     before, after = (one.as_matrix().toarray() for one in (form_factors, other))
-    whole = FormFactors([], PATCHES, CELLS, 64)
+    whole = FormFactors([], PATCHES, CELLS)
     for rows in form_factors.rows:
         whole.put(rows)
     new = leave_rows(other.rows[0], np.arange(100) % 3 == 0)
@@ -87,8 +87,8 @@ def test_rows_are_replaced_one_by_one():
 
 def test_reflections_end_at_the_residual():
     """Of a room in which every ray hits: E_n = ρⁿ, so ρⁿ⁺¹ of the light is left, and its ratio is ρ at once."""
-    rows = Rows(np.arange(2), np.arange(3), np.array([CELLS * REPLICATES, 0], np.int32), np.full(2, 256, np.uint32))
-    exchange = Exchange(FormFactors([rows], 2, CELLS, 64), np.full((2, CELLS), 0.5, np.float32))
+    rows = Rows(np.arange(2), 256 * np.arange(3), np.repeat([CELLS * REPLICATES, 0], 256).astype(np.int32), 64)
+    exchange = Exchange(FormFactors([rows], 2, CELLS), np.full((2, CELLS), 0.5, np.float32))
     groups, light = sparse.csr_matrix([[1.0, 0], [1.0, 1.0]]), np.full((2, 1), 0.5, np.float32)
     count, left = find_bounces(exchange, light, groups, groups @ np.ones((2, 1)))
     assert count == 8
