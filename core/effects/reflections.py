@@ -5,7 +5,7 @@ from .effect import Effect
 KEY = "reflections"
 WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out
 GROUP_LIMIT = 0.005  # of those of one kind and orientation
-MOST_BOUNCES = 64
+MOST_BOUNCES = 50
 NONE = "no bounce, no matrix"
 
 

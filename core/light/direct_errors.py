@@ -52,6 +52,32 @@ def variance_of_neighbours(by_point):
     return (EVENNESS * uneven + (1 - EVENNESS) * np.clip(sloping, 0, uneven)) / count**2
 
 
+def variance_of_points(nets, covered, unshaded):
+    """Variance of the mean annual light of patches at all their shadow points.
+
+    Parameters
+    ----------
+    nets : list of (p, m) float32
+        Light at the points of each net, in the order of `points_of_grid`.
+    covered : (p,) float
+        Covered share.
+    unshaded : (p,) float
+        Light of a point in the open that nothing shades.
+
+    Returns
+    -------
+    (p,) float64
+        NaN for a single point.
+    """
+    count = sum(light.shape[1] for light in nets)
+    variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
+    partly = np.flatnonzero((covered > 0) & (covered < 1))
+    by_point = np.concatenate([light[partly] for light in nets], axis=1)
+    least = variance_of_cover(by_point, covered[partly], unshaded[partly])
+    variance[partly] = np.maximum(variance[partly], least)
+    return variance
+
+
 def variance_of_cover(by_point, covered, unshaded):
     """Variance of the mean light of patches by the number of points that happen to lie in the open.
 
@@ -73,7 +99,7 @@ def variance_of_cover(by_point, covered, unshaded):
     count, lit = by_point.shape[1], (by_point > 0).sum(axis=1)
     light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
     light = np.where(lit > 0, light, unshaded / (1 + count * (1 - covered)))  # by the rule of succession
-    return EVENNESS * light**2 * covered * (1 - covered) / count**1.5
+    return EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
 
 
 def spread_of_elements(by_point, representative_points, covered):

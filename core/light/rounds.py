@@ -18,7 +18,7 @@ from ..progress import Clock
 from ..sampling.merge_nets import merge_nets
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..sky.light_sources import RAYS_SHARE
-from .direct_errors import variance_of_neighbours
+from .direct_errors import variance_of_points
 from .form_factor_products import multiply_elements
 from .kept_matrix import keep_matrix, row_blocks
 from .light_errors import patch_size_error
@@ -26,6 +26,8 @@ from .merge_transfers import blend, blend_variance, check_same, merge_light, mer
 from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
 from .solve_suns import keep_block, look_at_block, prepare_suns
+from .sun_blocks import block_of_suns
+from .sun_visibility import projection_in_front
 from .trace_all import prepare_gather, trace_all
 from .traced import SKY_DOME, count_starts
 from .transfer import Emitted, Net, PatchLight, SourceLight, Uneven, own_diffuse, own_direct
@@ -63,7 +65,7 @@ def continue_sampling(prepared, request, total, part):
     return replace(prepared, patches=patches, round=part, bounces=bounces)
 
 
-def keep_patches(context, task, part, by_replicate, annual):
+def keep_patches(context, task, part, by_replicate, by_point):
     """Light of the patches of a round: PatchLight, without what only a round of all has.
 
     Parameters
@@ -73,13 +75,15 @@ def keep_patches(context, task, part, by_replicate, annual):
     part : Round
     by_replicate : tuple of two (p, HEMISPHERE_REPLICATES) float32
         All light of the sky, and annual reflected light of the suns.
-    annual : (p, m) float32
-        Light of the suns at each point.
+    by_point : (p, m) float32
+        Annual light of the suns at each point.
     """
     patches, count = context.patches, len(context.surfaces)
     rows = np.flatnonzero(context.full)
     took = np.ones(count + 1, bool) if part.counted is None else np.append(part.counted, False)
-    net = Net(int(patches.points_before.max(initial=0)), annual[rows])
+    net = Net(int(patches.points_before.max(initial=0)), by_point[rows])
+    directions, weights = block_of_suns(task.suns, slice(len(task.suns)))
+    covered, unshaded = task.watch.covered.mean(axis=1), projection_in_front(patches.normal, directions) @ weights
     return PatchLight(
         size=part.size * took.astype(int),
         owner=context.owner,
@@ -90,7 +94,9 @@ def keep_patches(context, task, part, by_replicate, annual):
         reflected=by_replicate[1],
         rows=rows,
         nets=[net],
-        points=np.where(task.watch.traced, variance_of_neighbours(annual), 0),
+        covered=covered,
+        unshaded=unshaded,
+        points=np.where(task.watch.traced, variance_of_points([by_point], covered, unshaded), 0),
         emitted=Emitted(None, None, 0.0),
     )
 
@@ -272,8 +278,8 @@ def merge_patches(one, new, share):
     of_patch, weight, merged = share[one.owner], share[:-1], {}
     rows = np.intersect1d(one.rows, new.rows)
     nets = [Net(net.before, net.light[np.searchsorted(kept.rows, rows)]) for kept in (one, new) for net in kept.nets]
-    nets, count = join_nets(one.key[rows], nets), sum(net.light.shape[1] for net in nets)
-    variance = sum((net.light.shape[1] / count) ** 2 * variance_of_neighbours(net.light) for net in nets)
+    nets = join_nets(one.key[rows], nets)
+    variance = variance_of_points([net.light for net in nets], one.covered[rows], one.unshaded[rows])
     points = blend_variance(one.points, new.points, of_patch)
     points[rows] = np.where(one.sent[rows], variance, 0)
     if new.rest is not None:  # a round of all

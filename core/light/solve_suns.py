@@ -8,7 +8,7 @@ from ..effects.receivers import choose_turns
 from ..progress import CancelledError
 from ..sampling.random_numbers import mix
 from ..threads import work_in_slices
-from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_cover, variance_of_neighbours
+from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
 from .form_factor_products import multiply_elements, multiply_visible
 from .kept_matrix import average_surfaces, keep_columns, keep_matrix
 from .light_errors import (
@@ -256,15 +256,6 @@ def keep_block(context, matrix, block, values):
     average_surfaces(context.patch_to_surface, values, context.threads, out=matrix[:, block])
 
 
-def variance_of_points(context, watch, annual):
-    """Variance of the annual light of patches at their points: (p,) float64."""
-    variance, covered = variance_of_neighbours(annual.by_point), watch.covered.mean(axis=1)
-    partly = np.flatnonzero(watch.traced & (covered > 0))
-    unshaded = projection_in_front(context.patches.normal[partly], annual.suns.directions) @ annual.suns.weights
-    variance[partly] += variance_of_cover(annual.by_point[partly], covered[partly], unshaded)
-    return np.where(watch.traced, variance, 0)  # else known exactly
-
-
 def add_errors(context, traced, watch, found, sky):
     """Write the errors of the surfaces' direct irradiance, as weighted sum over the suns, to SunLight.
 
@@ -276,7 +267,9 @@ def add_errors(context, traced, watch, found, sky):
     """
     patches, to_surface, annual = context.patches, context.patch_to_surface, found.annual
     squares = to_surface.power(2)
-    variance = variance_of_points(context, watch, annual)
+    unshaded = projection_in_front(patches.normal, annual.suns.directions) @ annual.suns.weights
+    variance = variance_of_points([annual.by_point], watch.covered.mean(axis=1), unshaded)
+    variance = np.where(watch.traced, variance, 0)  # else known exactly
     found.points = squares @ variance
     if not context.bounces or watch.points is None:
         found.error, found.covariance = errors_of_surfaces(to_surface, variance), np.zeros(to_surface.shape[0])

@@ -114,6 +114,8 @@ class PatchLight:
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
     key: np.ndarray  # (p,) uint64, of the patches' random numbers
     sent: np.ndarray  # (p,) bool, whether the patch sends shadow rays
+    covered: np.ndarray  # (p,) float32, covered share
+    unshaded: np.ndarray  # (p,) float32, annual light of a point that nothing shades
     squares: sparse.csr_matrix  # (n, p), squares of the weights in the means of surfaces
     diffuse: np.ndarray  # (p, r) float32, all light of the sky by each replicate of the rays
     reflected: np.ndarray  # (p, r) float32, annual reflected light of the suns likewise

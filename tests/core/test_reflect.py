@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from citypv.core.effects.reflections import MOST_BOUNCES
 from citypv.core.light.solve_radiosity import Exchange, find_bounces, iterate_bounces, solve_radiosity
 from citypv.core.light.traced import FormFactors, Rows, leave_rows
 
@@ -92,4 +93,6 @@ def test_reflections_end_at_the_residual():
     groups, light = sparse.csr_matrix([[1.0, 0], [1.0, 1.0]]), np.full((2, 1), 0.5, np.float32)
     count, left = find_bounces(exchange, light, groups, groups @ np.ones((2, 1)))
     assert count == 8
+    white = Exchange(exchange.form_factors, np.ones((2, CELLS), np.float32))
+    assert find_bounces(white, 2 * light, groups, groups @ np.ones((2, 1)))[0] == MOST_BOUNCES  # none is enough
     assert left == pytest.approx(0.5**9 / (1 - 0.5**9), rel=1e-4)

@@ -9,7 +9,6 @@ from closed import box, room
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from thorough import draw_count
 
-from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
 from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
@@ -92,21 +91,20 @@ def test_any_albedo_and_any_number_of_reflections(albedo, bounces):
         assert transfer.diffuse_relative[walls].mean() == pytest.approx(0.5 + 0.5 * albedo, rel=0.04)
 
 
-def test_automatic_reflections_stop_at_fifty():
-    """At albedo 1 a house in the open needs few, for light leaves to the sky; in a closed room no number is enough: the
-    most are followed, and the plan says that no bound exists."""
+def test_automatic_reflections_stop_where_next_to_no_light_is_left():
+    """At albedo 1 a house in the open needs few, for light leaves to the sky; into a closed room no light comes, and so
+    one is enough."""
     corners = np.array([[x, y, z] for x in (0, 4) for y in (0, 4) for z in (0, 4)], float)
     sides = ([0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3])
     faces = [half for a, b, c, d in sides for half in ([c, b, a], [d, c, a])]
-    plans = []
+    found = []
     for scene in (HOUSE, scene_of_triangles(corners, faces)):
-        patches = patches_of_scene(scene, np.ones(len(scene.triangles)), 0)
-        plans.append(plan_effects(scene, patches, Request(max_bounces=None, albedo=1.0, far_ground=False)))
-    assert 3 < plans[0].max_bounces < 20
-    assert 0 < plans[0]["reflections"].bound < 0.005
-    assert plans[1].max_bounces == 50
-    assert plans[1]["reflections"].bound is None
-    assert "most that are followed" in plans[1]["reflections"].reason
+        request = Request(max_bounces=None, albedo=1.0, far_ground=False)
+        found.append(trace_gather(scene, SUNS, request, silent).record)
+    assert 2 <= found[0].max_bounces < 20
+    (effect,) = (one for one in found[0].effects if one["key"] == "reflections")
+    assert 0 < effect["outcome"]["left_out"] < 0.005
+    assert found[1].max_bounces == 1
 
 
 # Samples
