@@ -117,7 +117,7 @@ class Request(CitySettings, SystemSettings):
     max_bounces: int | None = setting(
         None,
         "light",
-        "number of reflections; default auto: as many as matter in a short pilot trace",
+        "number of reflections; default auto: until what is left of the light is below 0.2 %",
         kind="integer",
         title="Reflections",
         panel="trace",
