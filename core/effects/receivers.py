@@ -10,7 +10,7 @@ KEY = "receivers"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
-HARDLY_SEEN = 0.1  # share of a patch's hemisphere that receivers fill
+HARDLY_SEEN = 0.25  # share of a patch's hemisphere that receivers fill
 NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
 CERTAINTY = 2  # standard errors
 

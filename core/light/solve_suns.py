@@ -1,6 +1,6 @@
 """Light of the suns on surfaces: visible share by shadow rays, and what patches reflect, in blocks of suns."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -112,11 +112,13 @@ def light_of_first_days(context, traced, task):
         Before reflections, and what the first reflection brings.
     """
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
+    last = first_days(task.suns)
     for block in task.blocks:
-        if block.start < first_days(task.suns):
+        if block.start < last:
             task.progress.begin(block)
             found = task.looked[block.start] = look_at_block(context, task, block)
-            directions, weights = block_of_suns(task.suns, block)
+            directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
+            found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
             height = np.maximum(directions[:, 2], 0)
             weights = weights * CLEAR_AIR ** (1 / np.maximum(height, LOWEST)) ** AIR_POWER
             first += (found.visible_share * projection_in_front(context.patches.normal, directions)) @ weights

@@ -14,6 +14,7 @@ BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a t
 # blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s of processor time in blocks of 49, of 74 and of all suns.
 SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
+FIRST_SUNS = 24  # two days
 BLOCKS = 12  # of runs with enough suns
 
 
@@ -46,11 +47,10 @@ def cut_into_blocks(suns, patch_count):
     """
     wanted = min(SUNS_PER_BLOCK, max(FEWEST_PER_BLOCK, len(suns) // BLOCKS))
     most = max(1, min(wanted, int(BYTES_PER_BLOCK / 4 / max(patch_count, 1))))
-    ends, blocks, start, first = end_of_days(suns), [], 0, first_days(suns)
+    ends, blocks, start = end_of_days(suns), [], 0
     while start < len(suns):
         whole = ends[(ends > start) & (ends <= start + most)]
         stop = int(whole[-1]) if len(whole) else min(start + most, len(suns))
-        stop = first if start < first < stop else stop
         blocks.append(slice(start, stop))
         start = stop
     return blocks
@@ -59,10 +59,10 @@ def cut_into_blocks(suns, patch_count):
 def first_days(suns):
     """Number of suns of the first days, whole ones, which stand for the year: they tell how often light is reflected.
 
-    It does not depend on the patches, and no block has suns of these days and of others.
+    It depends on nothing else.
     """
-    ends, most = end_of_days(suns), min(FEWEST_PER_BLOCK, SUNS_PER_BLOCK)
-    return int(ends[ends <= most].max(initial=0)) or min(most, len(suns))
+    ends = end_of_days(suns)
+    return int(ends[ends <= FIRST_SUNS].max(initial=0)) or min(FIRST_SUNS, len(suns))
 
 
 def count_kept(suns, blocks):

@@ -119,10 +119,10 @@ def annual(transfer):
 
 
 def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
-    """A sixteenth of the points where receivers fill less than a tenth of the patch's hemisphere, wherever that is."""
+    """A sixteenth of the points where receivers fill less than a quarter of the patch's hemisphere, wherever that is."""
     full = np.array([True, False, False, False, False, False])
     ground = np.array([False, False, True, True, True, True])
-    filled = np.float32([0.9, 0.01, 0.4, 0.01, 0.2, 0.09])
+    filled = np.float32([0.9, 0.01, 0.4, 0.01, 0.3, 0.24])
     assert choose_turns(full, ground, filled, 16).tolist() == [1, 4, 4, 16, 4, 16]
     assert choose_turns(full, ground, None, 16).tolist() == [1, 4, 4, 4, 4, 4]
     assert choose_turns(full, ground, filled, 8) is None and choose_turns(None, ground, filled, 16) is None
