@@ -93,7 +93,8 @@ def prepare_part(inputs, part, setting, around=False):
     """
     scene, prepared, _, request, _ = inputs
     samples, shadow_samples, most = setting
-    bounces = min(prepared.plan.max_bounces, most or prepared.plan.max_bounces)
+    bounces = prepared.plan.max_bounces or 4
+    bounces = min(bounces, most or bounces)
     request = replace(request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
     few = keep_patches(scene, prepared, part | around)
     patches = few.prepared.patches

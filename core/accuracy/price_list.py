@@ -85,7 +85,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         request.shadow_samples,
         len(ways[request.suns]),
         request.suns,
-        prepared.plan.max_bounces,
+        prepared.plan.max_bounces or 4,
         request.patch_size,
     )
 

@@ -111,7 +111,7 @@ def make_offers(inputs, free, progress):
     prices, offers = price_rounds(inputs, square), []
     for way, rays, points in product(*choices.values()):
         many, one = known[way]
-        knobs = Knobs(rays, points, many, way, prepared.plan.max_bounces, request.patch_size)
+        knobs = Knobs(rays, points, many, way, prepared.plan.max_bounces or 4, request.patch_size)
         settings = {"suns": way, "samples": rays, "shadow_samples": points}
         writing = prices.bytes_per_sun * many / WRITING
         errors = scale_errors(one, rays / square.samples, points / square.shadow_samples)

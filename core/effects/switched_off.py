@@ -129,9 +129,18 @@ def light_of_year(inputs, key, seed, *, leafy):
     return Light(*(values[counted] for values in (on, off, pilot.weight, pilot.group)))
 
 
+def bounces_of(inputs):
+    """Number of reflections, or the most that paths follow where the run finds it."""
+    count = inputs.decided["reflections"].setting
+    return LONGEST if count is None else count
+
+
 def light_without(inputs, key, pilot, around, seed):
     """Light of the paths of a pilot if an effect is switched off: (m,) float64."""
-    ratio, places = around.suns.weight.sum(), 1 + inputs.decided["reflections"].setting
+    ratio, places = (
+        around.suns.weight.sum(),
+        1 + bounces_of(inputs),
+    )
     if key == "shadow-rays":
         return light_of_paths(pilot.sky, pilot.open_sun, ratio, places)
     if key == "reflections":
@@ -159,7 +168,7 @@ def light_of_paths(sky, sun, ratio, places):
 
 def counted_places(inputs, key):
     """Places of a path whose light counts where an effect is on: the run's reflections, or all that paths follow."""
-    return LONGEST + 1 if key == "reflections" else 1 + inputs.decided["reflections"].setting
+    return LONGEST + 1 if key == "reflections" else 1 + bounces_of(inputs)
 
 
 def look(inputs, around, seed):

@@ -119,7 +119,7 @@ def annual(transfer):
 
 
 def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
-    """A sixteenth of the points where receivers fill less than a quarter of the patch's hemisphere, wherever that is."""
+    """A sixteenth of the points where receivers fill less than a quarter of the hemisphere, wherever that is."""
     full = np.array([True, False, False, False, False, False])
     ground = np.array([False, False, True, True, True, True])
     filled = np.float32([0.9, 0.01, 0.4, 0.01, 0.3, 0.24])

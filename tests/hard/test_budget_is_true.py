@@ -145,7 +145,7 @@ def refined(name, request, seed):
     energy = compute_energy(first, weather, threads=1)
 
     def trace(total, part):
-        alone.append(part.counted.sum() if part.alone else len(scene.surfaces))
+        alone.append(len(scene.surfaces) if part.counted is None else part.counted.sum())
         return trace_round(scene, total, request, part, prepared=start)
 
     def choose(errors, before):
