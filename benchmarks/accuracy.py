@@ -37,16 +37,17 @@ from tracer import SETTINGS, TOWN
 from citypv.core.accuracy.refine import add_round
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import Round
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns, progressive_order
-from citypv.core.transfer.patch_light import Round
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
+from citypv.core.transfer.prepare_scene import build_tree
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "build" / "accuracy.json"

@@ -12,16 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from citypv.core.accuracy.choose_counted import choose_counted
-from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.study import trace_round
-from citypv.core.transfer.noise import own_diffuse, own_direct, variance_of_mean
-from citypv.core.transfer.patch_light import Round
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 MOST_SECONDS = 300.0  # wall time of each target
 

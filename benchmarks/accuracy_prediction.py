@@ -21,7 +21,6 @@ from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 ROOT = Path(__file__).parents[1]
 CITIES = {  # name -> file (None: written first), further settings

@@ -22,10 +22,10 @@ from transfers import Horizons, unshaded_transfer
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
+from citypv.core.light.kept_matrix import keep_matrix
+from citypv.core.light.transfer import take_rows
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.kept_matrix import keep_matrix
-from citypv.core.transfer.take_rows import take_rows
 from citypv.core.weather.read_weather import read_weather
 
 LATITUDE, LONGITUDE, ALTITUDE = 52.5, 13.4, 40.0

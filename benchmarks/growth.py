@@ -38,7 +38,7 @@ def cut_city(count):
 def trace_one(count):
     """Trace a city of `count` triangles; return time and memory."""
     from citypv.core.commands.plain_scenes import join_parts
-    from citypv.core.radiosity.trace_gather import trace_gather
+    from citypv.core.light.trace_gather import trace_gather
     from citypv.core.results.write_summary import peak_memory
     from citypv.core.settings.progress import silent
     from citypv.core.settings.request import Request

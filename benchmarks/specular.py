@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year

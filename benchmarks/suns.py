@@ -21,11 +21,11 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.light.shadow_points import points_above
+from citypv.core.light.sun_sampling_error import take_surfaces
+from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.patches.patches import patches_of_scene, take_patches
 from citypv.core.patches.read_albedo import albedo_of_triangles
-from citypv.core.radiosity.shadow_points import points_above
-from citypv.core.radiosity.sun_sampling_error import take_patches, take_surfaces
-from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.request import Request
 from citypv.core.settings.threads import usable_threads
@@ -128,18 +128,16 @@ class Looker:
         weather, count = self.weather, len(self.patches)
         suns = choose_suns(way, *weather.axis)
         before = time.process_time()
-        light = sun_visibility(
+        watch = SunWatch(
             self.ray_scene,
             self.patches,
             self.patches.receives,
             np.zeros(count, bool),
             np.zeros((count, 1), bool),
-            point_count=points_above(self.request.shadow_samples),
-            suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
-            behind=False,
+            points_above(self.request.shadow_samples),
             threads=usable_threads(self.request.threads),
-            progress=lambda share, rays: None,
         )
+        light = sun_visibility(watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32)))
         seconds = time.process_time() - before
         part = take_surfaces(self.transfer, self.surfaces, suns, light.visible_share)
         part.surfaces.area = np.ones(count)  # they were drawn by area

@@ -13,16 +13,20 @@ from dataclasses import replace
 import numpy as np
 
 from .accuracy.sun_sampling import TracedYear, measure_ways
-from .accuracy.trace_alone import trace_alone
 from .city.build_scene import build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
+from .light.merge_transfers import seed_of_round
+from .light.prepare_scene import prepare_scene, reseed
+from .light.rounds import continue_sampling, trace_alone
+from .light.trace_gather import trace_seasons
+from .light.transfer import scale_direct
 from .patches.read_albedo import check_materials
+from .photons.specular_light import trace_hybrid
 from .photons.trace_forward import trace_forward
-from .photons.trace_hybrid import trace_hybrid
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
@@ -34,10 +38,6 @@ from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
 from .sun.spread_suns import spread_suns
 from .sun.sun_sampling import choose_suns, weigh_by_year
-from .transfer.merge_transfers import seed_of_round
-from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
-from .transfer.trace_seasons import trace_seasons
-from .transfer.transfer import scale_direct
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 
@@ -195,8 +195,8 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
 def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):
     """Trace a further round of a run: the same scene and suns at the next points of its sequences.
 
-    With gather every patch goes on in its own sequence (`transfer.prepare_scene.continue_sampling`); rounds of forward
-    have random numbers of their own.
+    With gather every patch goes on in its own sequence (`light.rounds`); rounds of forward have random numbers of their
+    own.
 
     Parameters
     ----------
@@ -206,8 +206,7 @@ def trace_round(scene, total, request, part, *, progress=silent, folder=None, pr
     request : Request
         Of the run.
     part : Round
-        Its size, a power of two of which those before are a multiple; the surfaces that it is for; and whether these
-        are traced alone.
+        Its size, a power of two of which those before are a multiple, and the surfaces that are traced alone.
     progress, folder
         As in `trace_scene`.
     prepared : PreparedScene
@@ -221,12 +220,12 @@ def trace_round(scene, total, request, part, *, progress=silent, folder=None, pr
     before, suns = total.record.rounds, total.suns
     seed = seed_of_round(request.seed, before)
     if request.estimator == "gather":
-        prepared = continue_sampling(prepared, request, before, part, seed)
+        prepared = continue_sampling(prepared, request, total, part)
     else:
         prepared = reseed(prepared, seed)
     samples, points = part.size * request.samples, part.size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    if part.alone:
+    if request.estimator == "gather" and part.counted is not None:
         transfer = trace_alone(total, request, progress, folder, prepared=prepared)
         bare = total.bare and trace_alone(total.bare, request, progress, folder, prepared=replace(prepared, bare=True))
         transfer = replace(transfer, bare=bare)

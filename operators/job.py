@@ -178,7 +178,7 @@ def compile_loops(progress):
     if is_compiled():
         return
     from ..core.commands.plain_scenes import box, join_parts
-    from ..core.radiosity.measure_cover import measure_cover
+    from ..core.light.measure_cover import measure_cover
     from ..core.settings.request import Request
     from ..core.study import read_year, trace_scene
 

@@ -22,7 +22,7 @@ class Session:
     city: Any = None  # core.city.city.City
     scene: Any = None  # core.scene.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
-    transfer: Any = None  # core.transfer.transfer.Transfer
+    transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
     round: Any = None  # (Transfer, Energy) of the last round of a trace that goes on, until it is shown

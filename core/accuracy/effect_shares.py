@@ -7,10 +7,9 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
+from ..light.transfer import SourceLight, Transfer, take_rows
 from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import sources_of
-from ..transfer.take_rows import take_rows
-from ..transfer.transfer import SourceLight, Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 

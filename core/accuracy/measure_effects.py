@@ -12,10 +12,10 @@ import numpy as np
 from ..effects.plan_effects import plan_effects
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..light.prepare_scene import reseed
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
-from ..transfer.prepare_scene import reseed
 from .pilot import choose_neighbourhood, choose_pilot_suns, count_city, trace_part
 
 TRACED = (  # effects that change the light

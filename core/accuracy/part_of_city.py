@@ -15,7 +15,6 @@ import numpy as np
 from numba import njit
 
 from ..patches.patches import take_patches
-from ..transfer.take_rows import take_fields
 
 STAND_INS = 2_048  # for generated ground, and as many for all else
 BACKS = 4  # rows for backs: of sheets or not, of the ground from below or not

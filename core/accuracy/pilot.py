@@ -27,7 +27,10 @@ from ..city.scene import Scene
 from ..effects.receivers import fewer_points, fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..photons.trace_hybrid import trace_hybrid
+from ..light.prepare_scene import PreparedScene, reseed
+from ..light.trace_gather import trace_seasons
+from ..light.transfer import take_rows
+from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
 from ..settings.request import Request
@@ -35,9 +38,6 @@ from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
 from ..sun.spread_suns import spread_suns
 from ..sun.sun_sampling import choose_suns
-from ..transfer.prepare_scene import PreparedScene, reseed
-from ..transfer.take_rows import take_rows
-from ..transfer.trace_seasons import trace_seasons
 from ..weather.weather import Weather
 from .part_of_city import keep_patches, spread_transfer
 from .yield_errors import split_errors

@@ -1,4 +1,4 @@
-"""Further rounds of tracing until a target of accuracy is met or the time is up.
+"""Further rounds of tracing until a target of accuracy is met or the time is up, and which surfaces they are for.
 
     round 1 ─► Transfer ─► errors ─► within the target, or no time for another round? ─► done
                   ▲                        │ no
@@ -6,6 +6,10 @@
 
 Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what every round costs beside
 its rays counts little. Each goes on where the one before it stopped in the sequences of random points.
+
+Adaptive sampling: a surface whose error is well within the target gets no more samples. Whether it is, rounds before
+tell. Few samples may tell too small an error, and surfaces would be left out just where they do; so the variance of
+each is drawn towards that of the others, the limit is below the target, and none is left out after few samples.
 """
 
 import time
@@ -14,12 +18,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..radiosity.continue_rounds import add_continued
+from ..light import merge_transfers
+from ..light.rounds import add_continued
+from ..light.transfer import Round
 from ..settings.progress import CancelledError
-from ..transfer import merge_transfers
-from ..transfer.patch_light import Round
-from .yield_errors import SAMPLED, SOURCES
+from .yield_errors import SAMPLED, SOURCES, quantile_by_area
 
+LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds, and of one: patches are resolved into as many elements as points
+SAFETY = 0.7  # of the target
+FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replicates
+TYPICAL = 3  # the same, of the median of all surfaces
+BY_OTHERS = 0.3  # of the sampled variance: more is lowered by tracing all surfaces again
+HOPELESS = 0.3  # of the variance that no sample lowers
 CELLS = 16  # shadow points from which patches are resolved into as many elements
 MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
@@ -31,6 +41,44 @@ ALONE = 0.5  # of the time of a round of all surfaces, as long as it has not bee
 NO_TIME = "no time for another round"
 
 
+def choose_counted(errors, request, target, surfaces, before=None):
+    """Surfaces whose error further samples are to lower.
+
+    Parameters
+    ----------
+    errors : YieldErrors
+        By the rounds so far.
+    request : Request
+    target : float
+        [%] of full load hours, on 95 % of the eligible area.
+    surfaces : Surfaces
+    before : (n,) bool, optional
+        Surfaces that the last round was for; all if not given. None of the others is taken up again, since its samples
+        would not go on.
+
+    Returns
+    -------
+    (n,) bool or None
+        Those to be traced alone; None: all, also where light that others pass on makes much of their error.
+    """
+    last = max(errors.rounds // 2, 1) * request.shadow_samples  # points of the last round, and so its elements
+    few = errors.rounds * request.samples < LEAST_RAYS or last < LEAST_POINTS
+    if few:
+        return None
+    relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
+    sampled = sum(relative[name] for name in SAMPLED)
+    fixed = sum(part for name, part in relative.items() if name not in SAMPLED)
+    typical = quantile_by_area(sampled, errors.area, 0.5)
+    smooth = (FREEDOM * sampled + TYPICAL * typical) / (FREEDOM + TYPICAL)
+    allowed = np.maximum((SAFETY * target) ** 2 - fixed, HOPELESS * fixed)
+    counted = np.zeros(len(surfaces), bool) if request.report == "eligible" else ~surfaces.eligible
+    counted[errors.rows] = smooth > allowed
+    counted = counted if before is None else counted & before
+    rows = counted[errors.rows]
+    by_others, of_all = (errors.area[rows] @ part[rows] for part in (relative["passed_on"], sampled))
+    return counted if by_others < BY_OTHERS * of_all or not rows.any() else None
+
+
 @dataclass
 class Goal:
     """When to stop."""
@@ -38,7 +86,7 @@ class Goal:
     target: float | None  # [%] of full load hours, on 95 % of the eligible area
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
-    choose: Callable = lambda errors, before: (None, False)  # of the next round, from errors and those of the last
+    choose: Callable = lambda errors, before: None  # surfaces of the next round, from errors and those of the last
 
 
 def largest_round(request):
@@ -73,7 +121,8 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
     while True:
         stop = decide_stop(found, goal)
         if not stop:
-            counted, alone = goal.choose(found, counted)
+            counted = goal.choose(found, counted)
+            alone = counted is not None
             each = lasted[alone]
             size = size_of_round(found, goal, each)
             stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
@@ -84,7 +133,7 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
         if stop:
             return transfer
         try:
-            more = trace_round(transfer, Round(size, counted, alone))
+            more = trace_round(transfer, Round(size, counted))
         except CancelledError:
             return transfer
         if more.record.interrupted:  # by some suns only: not a whole round

@@ -9,14 +9,14 @@ from threadpoolctl import threadpool_limits
 from ..city.scene import Scene
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
-from ..radiosity.sun_sampling_error import trace_sun_samples
+from ..light.sun_sampling_error import PATCHES as LOOKED_AT
+from ..light.sun_sampling_error import trace_sun_samples
+from ..light.transfer import SourceLight, Transfer
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
-from ..transfer.transfer import SourceLight, Transfer
 from ..weather.weather import Weather
 
 FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run

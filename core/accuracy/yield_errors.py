@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..energy.standard_errors import carry_to_hours, sun_sampling_share
+from ..light.transfer import variance_of_mean
 from ..sun.sky_models import split_sky
-from ..transfer.noise import variance_of_mean
 
 # Sources that fall with every round, and the power of the number of samples with which their variance does: of digital
 # nets, measured in Berlin and on the town. The others stay.

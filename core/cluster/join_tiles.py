@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..light.kept_matrix import keep_matrix
+from ..light.merge_transfers import MATRICES
+from ..light.transfer import ErrorParts, SourceLight, Transfer
 from ..patches.read_albedo import materials_of_surfaces
-from ..transfer.kept_matrix import keep_matrix
-from ..transfer.merge_transfers import MATRICES
-from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 
 COLUMNS = (
     "covered_share",

@@ -17,11 +17,11 @@ from numba import njit
 
 from ..city.scene import OWN
 from ..effects.shadow_rays import ShadowRays
+from ..light.transfer import take_fields
 from ..patches.patches import take_patches
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import sobol_digits
-from ..transfer.take_rows import take_fields
 from .tiles import gap
 
 WIDTH = 0.3  # of a cell, as a share of its distance from the tile

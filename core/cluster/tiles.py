@@ -17,10 +17,10 @@ from ..city.build_ground import SHORTEST_REACH, choose_reach
 from ..city.city import ImportReport
 from ..city.crowns import Crowns
 from ..city.scene import FAR, NEAR, OWN, add_backs, surface_of_triangles
+from ..light.transfer import take_fields
 from ..patches.patches import number_triangles
 from ..settings.errors import InputError
 from ..sun.solar_position import MINIMUM_ELEVATION
-from ..transfer.take_rows import take_fields
 
 SMALLEST = 20.0  # [m] tiles: twice the patches
 DEFAULT = 1000.0  # [m]

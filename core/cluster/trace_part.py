@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
+from ..light.prepare_scene import prepare_scene
+from ..light.transfer import take_rows
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
@@ -25,8 +27,7 @@ from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
-from ..transfer.prepare_scene import build_tree, prepare_scene
-from ..transfer.take_rows import take_rows
+from ..transfer.prepare_scene import build_tree
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 

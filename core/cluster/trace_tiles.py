@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..light.prepare_scene import PreparedScene
 from ..patches.read_albedo import name_brdfs
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
@@ -25,7 +26,6 @@ from ..settings.progress import silent
 from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
-from ..transfer.prepare_scene import PreparedScene
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
 from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, prepare_whole, surround, take_part

@@ -6,10 +6,10 @@ import numpy as np
 import pvlib
 
 from ..energy.pv_system import default_system
+from ..light.solve_radiosity import radiosity_factor, solve_radiosity
+from ..light.trace_gather import trace_gather
+from ..light.trace_hemisphere import trace_hemisphere
 from ..patches.patches import patches_of_scene
-from ..radiosity.solve_radiosity import radiosity_factor, solve_radiosity
-from ..radiosity.trace_gather import trace_gather
-from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..city.build_scene import build_scene
 from ..city.city import City
-from ..radiosity.trace_gather import trace_gather
+from ..light.trace_gather import trace_gather
 from ..read.read_city import read_city
 from ..settings.errors import InputError
 from ..settings.progress import silent

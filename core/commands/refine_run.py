@@ -3,14 +3,13 @@
 import time
 from typing import NamedTuple
 
-from ..accuracy.choose_counted import choose_counted
-from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
+from ..accuracy.refine import Goal, choose_counted, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..city.scene import Scene
+from ..light.prepare_scene import PreparedScene
 from ..settings.progress import TerminalProgress
 from ..settings.request import Request
 from ..study import compute_energy, trace_round
-from ..transfer.prepare_scene import PreparedScene
 from ..weather.weather import Weather
 
 WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them

@@ -17,6 +17,8 @@ from ..cluster.trace_part import bound_hours
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
+from ..light.kept_matrix import is_on_disk
+from ..light.transfer import Round
 from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
 from ..results.transfer_file import read_transfer, write_transfer
@@ -40,8 +42,6 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..transfer.kept_matrix import is_on_disk
-from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome

@@ -65,7 +65,7 @@ def fewer_points(points):
     return points // FEWER if points >= FEWER**2 else points
 
 
-def choose_turns(full, ground, seen, points):
+def choose_turns(full, ground, filled, points):
     """One in how many of its shadow points looks at one sun, in turn, for each patch.
 
     All of those of receivers, a quarter of those of others, a sixteenth of those of generated ground that receivers
@@ -77,8 +77,8 @@ def choose_turns(full, ground, seen, points):
         Receivers; None: all patches.
     ground : (p,) bool
         Generated ground.
-    seen : (p,) float64 or None
-        Of `Hemisphere`.
+    filled : (p,) float32 or None
+        Share of each patch's hemisphere that receivers fill.
     points : int
         Shadow points of a receiver.
 
@@ -90,12 +90,7 @@ def choose_turns(full, ground, seen, points):
     if full is None or fewer_points(points) == points:
         return None
     turns = np.where(full, 1, FEWER)
-    if seen is not None:
-        least = np.flatnonzero(ground & ~full)
-        least = least[np.argsort(seen[least], kind="stable")]
-        passed = np.cumsum(seen[least])
-        turns[least[passed <= HARDLY_SEEN * passed[-1:]]] = FEWER**2
-    return turns
+    return turns if filled is None else np.where(ground & ~full & (filled < HARDLY_SEEN), FEWER**2, turns)
 
 
 def find_receivers(scene, patches):

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from ..light.kept_matrix import is_on_disk, row_blocks
 from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import name_untraced
 from ..sun.solar_position import check_place, check_times
 from ..sun.suns import check_suns
-from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")

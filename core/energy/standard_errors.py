@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
+from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from .energy import states_of_year
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light

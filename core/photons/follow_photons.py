@@ -153,8 +153,8 @@ def meet_fronts(target, photons, tally, source=None):
     """
     patches = target.patches
     places = target.ray_scene.trace_places(photons.origins, photons.directions)
-    if target.ray_scene.canopy is not None:
-        stopped = stop_photons(target, photons, places)
+    stopped = end_in_crowns(target, photons.origins, photons.directions, places)
+    if stopped.any():
         tally.leaves += float(photons.weight[stopped].sum())
         photons, places = photons.take(~stopped), places.take(~stopped)
     hit, b1, b2 = places
@@ -174,10 +174,11 @@ def meet_fronts(target, photons, tally, source=None):
     return photons.take(lit), places.take(lit)
 
 
-def stop_photons(target, photons, places):
-    """Photons that end in crowns before they hit something: (m,) bool."""
-    rays = photons.origins[:, None], photons.directions[:, None]
-    wanted = np.ones((len(photons.number), 1), bool)
+def end_in_crowns(target, origins, directions, places):
+    """Rays that end in crowns before what they hit, `places` as of `trace_places`: (m,) bool."""
+    if target.ray_scene.canopy is None:
+        return np.zeros(len(origins), bool)
+    rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
     return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
 
 

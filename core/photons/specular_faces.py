@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..patches.fates_of_rays import meets_back, stop_in_crowns
+from ..patches.fates_of_rays import meets_back
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import Places
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
-from .follow_photons import QUANTUM, Photons, Tally, deposit, meet_fronts, reflect_photons
+from .follow_photons import QUANTUM, Photons, Tally, deposit, end_in_crowns, meet_fronts, reflect_photons
 from .scatter import draw_for_photons, leave_patches, scatter
 
 NOTHING, SKY, FAR_GROUND = -3, -2, -1  # what a ray from a face meets, if not a patch
@@ -128,14 +128,6 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     some = np.flatnonzero(origin != NOTHING)
     photons = reflect_first(target, batch, places.take(some), -directions[some], some)
     return photons, origin, directions
-
-
-def end_in_crowns(target, origins, directions, places):
-    """Rays from faces that end in crowns before what they hit, `places` as of `trace_places`: (m,) bool."""
-    if target.ray_scene.canopy is None:
-        return np.zeros(len(origins), bool)
-    rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
-    return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
 
 
 def reflect_first(target, batch, places, travel, chosen):

@@ -12,24 +12,19 @@ After that reflection photons are reflected by any face. No path is counted twic
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
-from ..radiosity.gather_context import GatherContext
+from ..light.prepare_scene import prepare_scene
+from ..light.trace_all import GatherContext
+from ..light.trace_gather import trace_gather
 from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
 from ..sun.horizon import is_above
 from .follow_photons import Target
-from .specular_faces import (
-    FAR_GROUND,
-    SKY,
-    Batch,
-    add_up,
-    follow_reflected,
-    photons_of_sun,
-    photons_of_surroundings,
-)
+from .specular_faces import FAR_GROUND, SKY, Batch, add_up, follow_reflected, photons_of_sun, photons_of_surroundings
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
@@ -66,20 +61,20 @@ class SpecularLight:
     of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
 
 
-def trace_specular(prepared, context, hemisphere):
+def trace_specular(prepared, context, traced):
     """Specular light of a scene, for `trace_gather`.
 
     Parameters
     ----------
     prepared : PreparedScene
     context : GatherContext
-    hemisphere : Hemisphere
+    traced : Traced
 
     Returns
     -------
     SpecularLight
     """
-    task = prepare_pass(prepared, context, hemisphere)
+    task = prepare_pass(prepared, context, traced)
     around = trace_surroundings(task)
     return SpecularLight(
         of_sky=lambda radiosity: light_of_sky(task, around, radiosity),
@@ -88,13 +83,13 @@ def trace_specular(prepared, context, hemisphere):
     )
 
 
-def prepare_pass(prepared, context, hemisphere):
+def prepare_pass(prepared, context, traced):
     """What photons start from and fall on: SpecularPass."""
     patches, brdfs = context.patches, context.plan.brdfs
     count = len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
-    target = Target(context.ray_scene, patches, surface, count, hemisphere.covered, brdfs)
-    faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~hemisphere.covered.all(axis=1))
+    target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs)
+    faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     return SpecularPass(context, target, faces, np.bincount(surface, patches.area, count + 1)[:-1])
 
 
@@ -125,8 +120,8 @@ def trace_surroundings(task):
     count, patches = target.surface_count, len(context.patches)
     per_replicate = -(-context.request.samples * len(task.faces) // REPLICATES)
     batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
-    traced = context.plan.sources
-    columns = patches + 2 + len(traced)  # the last are the far ground, the sky and its parts that are traced
+    parts_of_sky = context.plan.sources
+    columns = patches + 2 + len(parts_of_sky)  # the last are the far ground, the sky and its parts that are traced
     matrix, pending, done = sparse.csr_matrix((REPLICATES * count, columns)), [], 0
     found = map_in_order(lambda batch: arrivals_from(task, batch), batches, context.threads)
     for batch, entries in zip(batches, found, strict=True):
@@ -138,10 +133,10 @@ def trace_surroundings(task):
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
     factor = per_area(task, float(context.patches.area[task.faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
-    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 2 + len(traced))
+    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 2 + len(parts_of_sky))
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, :patches].tocsr()
-    parts = {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(traced)}
+    parts = {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(parts_of_sky)}
     return Surroundings(ends[:, :, 1], parts, ends[:, :, 0], of_patches, (mean @ of_patches).tocsr())
 
 
@@ -165,7 +160,7 @@ def arrivals_from(task, batch):
         photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
     # Light of the sky has one reflection behind it here, light of ground and patches two.
     source = origin[photons.number - batch.numbers.start]
-    last = np.where(source == SKY, plan.max_bounces - 1, plan.max_bounces - 2)
+    last = np.where(source == SKY, task.context.bounces - 1, task.context.bounces - 2)
     entries = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     for arrived, surface in follow_reflected(target, batch.key, photons, last):
         own = surface < target.surface_count
@@ -235,6 +230,16 @@ def trace_sun(task, direction, index):
     arrived = np.zeros(shape)
     for batch in batches_of(key_of_names([f"specular sun {index}"], context.request.seed)[0], per_replicate):
         photons = photons_of_sun(target, task.faces, power, direction, batch)
-        last = np.full(len(photons.number), context.plan.max_bounces - 1)
+        last = np.full(len(photons.number), context.bounces - 1)
         arrived += add_up(follow_reflected(target, batch.key, photons, last), shape)
     return arrived * per_area(task, float(power.sum()), per_replicate)
+
+
+def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
+    """Trace a scene by gather, and by photons what its mirrors, glossy faces and glass add.
+
+    Parameters, result and errors as of `trace_gather`.
+    """
+    prepared = prepared or prepare_scene(scene, request, suns=suns)
+    specular = partial(trace_specular, prepared) if prepared.plan["specular"].on else None
+    return trace_gather(scene, suns, request, progress, folder, prepared=prepared, specular=specular)

@@ -12,24 +12,23 @@ from dataclasses import asdict, dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..city.scene import check_scene
 from ..effects.effect import Measured, judge_effects
+from ..effects.reflections import count_surely
+from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
+from ..light.measure_cover import find_cover
+from ..light.prepare_scene import prepare_scene
+from ..light.sun_visibility import projection_in_front
+from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
-from ..radiosity.measure_cover import find_cover
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.request import Request, check_request
 from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
-from ..sun.suns import Suns, check_suns, end_of_days, interrupted_suns
-from ..transfer.incidence import projection_in_front
-from ..transfer.kept_matrix import keep_columns, keep_matrix
-from ..transfer.prepare_scene import prepare_scene
-from ..transfer.surface_means import area_means, cover_of_surfaces
-from ..transfer.trace_record import TraceRecord, note_interruption
-from ..transfer.transfer import SourceLight, Transfer
+from ..sun.keep_suns import keep_suns
+from ..sun.suns import Suns, check_suns, end_of_days
 from .emit_photons import Box, box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
@@ -57,13 +56,6 @@ class SunsOnBox(NamedTuple):
     box: Box
     suns: Suns
     request: Request
-
-
-class BesideSuns(NamedTuple):
-    """What the result of a sun needs beside its light."""
-
-    merge: sparse.csr_matrix  # (n, p), averages patches over surfaces
-    beyond: np.ndarray  # (n,) float64, light from the far ground after its first arrival
 
 
 def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None):
@@ -103,25 +95,33 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     clock = Clock()
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
+    patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
     run, covered_share = prepare_run(prepared, request, progress)
     run.begin("sky and far ground", 1 + plan.far_ground * (1 + (plan.terrain is not None)) + len(plan.sources))
     clock.lap("plan, tree and cover")
 
+    brightest = max(float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0)
+    bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     box = box_of_scene(traced, run.target.ray_scene.canopy)
-    (sky,) = trace_sources(run, [sky_source(box, request.seed, plan.terrain)], plan.max_bounces)
-    far = trace_far_ground(run, box, plan, request.seed)
-    parts = {source.name: trace_part(run, box, plan, source, request.seed) for source in plan.sources}
+    (sky,) = trace_sources(run, [sky_source(box, request.seed, plan.terrain)], bounces)
+    far = trace_far_ground(run, box, plan, request.seed, bounces)
+    parts = {}
+    for source in plan.sources:  # parts of the sky that are traced by themselves, in their units
+        (parts[source.name],) = trace_sources(run, [part_of_sky(source, box, request.seed, plan.terrain)], bounces)
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
     weighed = without_hidden(suns, plan.terrain)
-    direct = trace_direct(run, SunsOnBox(box, weighed, request), far, plan.max_bounces, merge, folder=folder)
+    direct = trace_direct(run, SunsOnBox(box, weighed, request), far, bounces, patch_to_surface, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
-    covered_share = cover_of_surfaces(merge, covered_share)
+    covered_share = cover_of_surfaces(patch_to_surface, covered_share)
     traced = dict(zip(SOURCES, (sky, far, direct), strict=True)) | parts
+    last = max(sky.last, direct.last)
+    beyond = last * brightest / (1 - brightest) if brightest < 1 else None
+    by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
+    measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
@@ -140,8 +140,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         sources={name: light_of_part(light, unreachable) for name, light in parts.items()},
         record=TraceRecord(
             request=request.as_dict(),
-            effects=judge_effects(plan, Measured(max(sky.last, direct.last), share_of_far_ground(far, sky, request))),
-            max_bounces=plan.max_bounces,
+            effects=judge_effects(plan, measured),
+            max_bounces=bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),
             threads=run.threads,
@@ -157,13 +157,6 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
-
-
-def share_of_far_ground(far, sky, request):
-    """Share of the diffuse light of all surfaces together that the far ground passes on."""
-    passed_on = request.ground_albedo * float(far.whole.mean(axis=0).sum())
-    whole = float(sky.whole.mean(axis=0).sum()) + passed_on
-    return passed_on / whole if whole > 0 else 0.0
 
 
 SOURCES = ("sky", "far ground", "suns")  # beside the traced parts of the sky
@@ -189,22 +182,16 @@ def prepare_run(prepared, request, progress):
     return Run(target, area, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 
 
-def trace_far_ground(run, box, plan, seed):
+def trace_far_ground(run, box, plan, seed, bounces):
     """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
     if not plan.far_ground:
         return no_light(len(run.area))
     sources = [far_ground_source(box, seed)]
     if plan.terrain is not None:
         sources.append(terrain_source(box, seed, plan.terrain))
-    light, *others = trace_sources(run, sources, plan.max_bounces - 1)
+    light, *others = trace_sources(run, sources, bounces - 1)
     for other in others:
         light.add(other)
-    return light
-
-
-def trace_part(run, box, plan, source, seed):
-    """Light from a part of the sky that is traced by itself, in its unit."""
-    (light,) = trace_sources(run, [part_of_sky(source, box, seed, plan.terrain)], plan.max_bounces)
     return light
 
 
@@ -217,7 +204,7 @@ def light_of_part(light, unreachable):
     )
 
 
-def trace_direct(run, lit, far, max_bounces, merge, *, folder):
+def trace_direct(run, lit, far, max_bounces, patch_to_surface, *, folder):
     """Visible share and reflected irradiance of the surfaces for every sun; if cancelled, for those that are done.
 
     Parameters
@@ -227,7 +214,7 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     far : Light
         Of the far ground, which reflects the suns' light.
     max_bounces : int
-    merge : (n, p) sparse
+    patch_to_surface : (n, p) sparse
         Averages patches over surfaces.
     folder : path-like or None
         As in `keep_matrix`.
@@ -249,7 +236,19 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     done = 0
     try:
         for index, light in enumerate(trace_sources(run, sources, max_bounces)):
-            add_sun(run, suns, index, light, BesideSuns(merge, height[index] * beyond_first), found=found)
+            towards = suns.direction[index : index + 1].astype(np.float32)
+            unshaded = patch_to_surface @ projection_in_front(run.target.patches.normal, towards)[:, 0].astype(float)
+            first = np.minimum(light.first.mean(axis=0), unshaded)
+            column = slice(index, index + 1)
+            share = np.divide(first, unshaded, out=np.zeros(len(first)), where=unshaded > 0)
+            found.visible_share[:, column] = share[:, None]
+            beyond = height[index] * beyond_first  # of the far ground, after its first arrival
+            found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
+            found.annual += suns.weight[index] * light.whole
+            found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
+            found.last = max(found.last, light.last)
+            found.ray_count += light.ray_count
+            found.tally.add(light.tally)
             done = index + 1
     except CancelledError:
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
@@ -265,33 +264,3 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
         found.annual /= weight
         found.photons /= weight**2
     return found
-
-
-def add_sun(run, suns, index, light, beside, *, found):
-    """Add the result of one sun.
-
-    Parameters
-    ----------
-    run : Run
-    suns : Suns
-    index : int
-        Index of the sun.
-    light : Light
-        Result of the sun.
-    beside : BesideSuns
-    found : Direct
-        Output.
-    """
-    merge, beyond = beside
-    aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
-    unshaded = merge @ aoi_projection[:, 0].astype(float)
-    first = np.minimum(light.first.mean(axis=0), unshaded)
-    column = slice(index, index + 1)
-    share = np.divide(first, unshaded, out=np.zeros(len(first)), where=unshaded > 0)
-    found.visible_share[:, column] = share[:, None]
-    found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
-    found.annual += suns.weight[index] * light.whole
-    found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
-    found.last = max(found.last, light.last)
-    found.ray_count += light.ray_count
-    found.tally.add(light.tally)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..radiosity.measure_cover import measure_cover
+from ..light.measure_cover import measure_cover
 from ..settings.progress import silent
 
 HALF = 0.5  # of a surface: if more of it is covered, it is listed as inside

@@ -13,15 +13,14 @@ import numpy as np
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
+from ..light.kept_matrix import row_blocks
+from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
-from ..transfer.kept_matrix import row_blocks
-from ..transfer.trace_record import record_of_dict
-from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 from .columns import COLUMNS
 from .netcdf_file import netcdf_file, write_variables
 from .write_summary import finite

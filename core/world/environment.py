@@ -11,12 +11,12 @@ from ..energy.check_inputs import check_transfer
 from ..energy.counted_area import find_counted_area, find_groups
 from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, order_neighbours, take_block
+from ..light.transfer import SourceLight, Transfer
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
 from ..sun.sky_models import model_traced, name_untraced, sources_of
-from ..transfer.transfer import SourceLight, Transfer
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32

@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from ..energy.standard_errors import PROPORTION, join_own, sun_sampling_share
+from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..settings.errors import InputError
-from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
 from .place_hours import MONTHS
 
 KILO = 1000.0

@@ -139,8 +139,8 @@ def trace_rounds(session, weather, request, progress):
         return trace_scene(session.scene, weather, request, progress)
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted
+    from ...core.light.prepare_scene import prepare_scene
     from ...core.study import choose_year, compute_energy
-    from ...core.transfer.prepare_scene import prepare_scene
 
     class Log(RunLog):
         def show(self, transfer):

@@ -175,9 +175,9 @@ def chart_surfaces(session, rows):
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
     from ...core.energy.pv_system import area_of_kwp, build_system
+    from ...core.light.transfer import take_rows
     from ...core.study import compute_energy
     from ...core.sun.solar_position import local_middle
-    from ...core.transfer.take_rows import take_rows
 
     energy, area, curves = session.energy, session.transfer.surfaces.area, np.zeros((len(CURVES), 24))
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]

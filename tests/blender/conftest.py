@@ -19,9 +19,9 @@ from steps import run
 import citypv
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.energy import Energy
+from citypv.core.light.transfer import Transfer
 from citypv.core.read.read_city import read_city
 from citypv.core.sun.suns import Suns
-from citypv.core.transfer.transfer import Transfer
 from citypv.operators.attributes import write_classes, write_results
 from citypv.operators.city.build_meshes import build_meshes, show_objects
 

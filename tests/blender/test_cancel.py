@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from steps import here, run
 
-from citypv.core.radiosity import sun_blocks
+from citypv.core.light import sun_blocks
 from citypv.core.settings.progress import CancelledError
 from citypv.operators import job as jobs
 from citypv.operators import run_step

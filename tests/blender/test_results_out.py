@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from steps import run
 
+from citypv.core.light.transfer import take_rows
 from citypv.core.study import compute_energy
-from citypv.core.transfer.take_rows import take_rows
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.result.compute_energy import read_best
 from citypv.operators.result.export_results import FILES, FORMATS

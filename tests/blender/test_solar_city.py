@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from steps import here, run
 
-from citypv.core.radiosity import sun_blocks
+from citypv.core.light import sun_blocks
 from citypv.core.settings.progress import SUN_STAGE, CancelledError
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute

@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+from scenes import scene_of_triangles
 
 
 def crossed_strings(a, b, c, d):
@@ -46,3 +47,24 @@ def canyon_after_bounces(height, width, albedo, bounces, strips=80):
         rows.append(total.copy())
     rows = np.array(rows)
     return rows[:, strips : 2 * strips].mean(axis=1), rows[:, :strips].mean(axis=1)
+
+
+def bowl(steps=24):
+    """The inside of a half sphere that opens upwards: each point sees the sky with half of its hemisphere."""
+    angle = np.linspace(0, 2 * np.pi, 4 * steps, endpoint=False)
+    depth = np.linspace(0, np.pi / 2, steps + 1)[1:]
+    rings = [
+        10 * np.stack([np.sin(d) * np.cos(angle), np.sin(d) * np.sin(angle), 0 * angle - np.cos(d)], 1) for d in depth
+    ]
+    vertices = np.concatenate([[[0, 0, -10.0]], *rings])
+    count, triangles = len(angle), []
+    for side in range(count):
+        following = (side + 1) % count
+        triangles.append([0, 1 + side, 1 + following])
+        for ring in range(steps - 1):
+            lower, upper = 1 + ring * count, 1 + (ring + 1) * count
+            triangles += [
+                [lower + side, upper + side, upper + following],
+                [lower + side, upper + following, lower + following],
+            ]
+    return scene_of_triangles(vertices, triangles)

@@ -5,9 +5,9 @@ import json
 import pytest
 from scenes import join, strip, suns_towards
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

@@ -5,7 +5,7 @@ import pytest
 from radiosity import canyon_after_bounces
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

@@ -6,11 +6,11 @@ from scenes import join, strip, suns_towards
 from shapely.geometry import Polygon
 from test_covered import box
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

@@ -38,7 +38,7 @@ def wait_for(condition, seconds=120):
 
 CALL = """
 import numpy as np
-from citypv.core.radiosity.shadow_points import fill_from_nearest as loop
+from citypv.core.light.shadow_points import fill_from_nearest as loop
 loop(np.zeros((2, 1, 3), np.float32), np.zeros((1, 3), bool), np.zeros((1, 3), np.float32), np.zeros(1))
 print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values()))
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import join, scene_of_triangles, strip, suns_towards
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

@@ -14,13 +14,13 @@ from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.plausible_years import even_year
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.weather.read_weather import read_weather
 
 ONCE = pytest.mark.once

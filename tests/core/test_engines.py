@@ -6,7 +6,7 @@ from scenes import join, scene_of_triangles, strip, suns_towards
 from test_covered import box
 from test_town import TOWN
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.rays import engines
 from citypv.core.rays.engines import LibraryError
 from citypv.core.rays.ray_scene import RayScene

@@ -8,9 +8,9 @@ from transfers import unshaded_transfer
 from weathers import ERA5
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.transfer import ErrorParts
 from citypv.core.results.write_summary import budget_errors
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.transfer import ErrorParts
 from citypv.core.weather.read_weather import read_weather
 
 COUNT = 50

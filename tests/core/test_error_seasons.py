@@ -12,9 +12,9 @@ from weathers import BERLIN, plain_table, write_table, year_of
 from citypv.core.accuracy.error_budget import budget_groups
 from citypv.core.accuracy.yield_errors import seconds_of_rounds, seconds_to_halve, split_errors
 from citypv.core.energy.compute_energy import compute_energy as energy_of
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import choose_year, compute_energy, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 SUMMER = (5, 6, 7, 8, 9, 10)
 SEEDS = 16

@@ -11,10 +11,10 @@ from weathers import ERA5
 from citypv.core.accuracy.error_budget import budget_groups, budget_surfaces, shares_of_sky_model, suggest_more
 from citypv.core.accuracy.yield_errors import SOURCES, split_errors
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.merge_transfers import merge_transfers
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once

@@ -201,16 +201,6 @@ def test_threads_and_chunks_change_no_bit(monkeypatch):
         assert other.record.photons == reference.record.photons
 
 
-def test_seed_changes_the_noise_only():
-    scene = three_houses()
-    one, other = (trace(scene, samples=2000, seed=seed) for seed in (0, 1))
-    difference = one.diffuse_relative - other.diffuse_relative
-    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)
-    noisy = error > 0
-    assert np.abs(difference).max() > 0
-    assert (np.abs(difference[noisy]) < 4 * error[noisy]).mean() > 0.95
-
-
 @pytest.mark.once
 def test_standard_error_is_that_of_the_noise():
     """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
@@ -220,12 +210,6 @@ def test_standard_error_is_that_of_the_noise():
         quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
     assert stats.kstest(np.concatenate(quotients), "t", args=(trace_sources.PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
-
-
-def test_standard_error_falls_with_samples():
-    scene = three_houses()
-    few, many = (np.median(trace(scene, samples=count).diffuse_relative_standard_error) for count in (250, 4000))
-    assert many < few / 3  # independent photons: a quarter
 
 
 def test_photons_enter_where_the_light_does():
@@ -269,19 +253,6 @@ def test_broken_numbers_are_refused():
         trace(three_houses(), suns)
     with pytest.raises(InputError, match="--samples"):
         trace(three_houses(), samples=0)
-
-
-def test_unknown_estimator_is_refused():
-    with pytest.raises(InputError, match="'backward' is not known; give gather or forward"):
-        trace_forward(three_houses(), SUNS, Request(estimator="backward"), silent)
-
-
-def test_an_error_in_progress_ends_the_task():
-    def stop(stage, done, total, unit):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        trace_forward(three_houses(), SUNS, Request(samples=16), stop)
 
 
 def test_nothing_that_receives_and_no_sun():

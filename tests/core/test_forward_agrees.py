@@ -9,11 +9,12 @@ import pytest
 from scenes import scene_of_triangles, suns_towards
 from test_closed_forms import canyon, direct_relative
 from test_tracing import three_houses
-from thorough import THOROUGH, draw_count
+from thorough import draw_count
 
+from citypv.core.city.refine import refine_triangles
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.read.read_city import read_city
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
@@ -109,21 +110,6 @@ def test_light_within_a_patch_is_handed_on_from_where_it_lies():
 
 
 PATCHES = 0.025  # of the reflected part: what light that is even over patches of 10 m may change
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not THOROUGH, reason="test_gather_is_forward.py is stricter; CITYPV_THOROUGH=1 adds the whole tile")
-@pytest.mark.parametrize("bounces", [0, 3])
-def test_berlin(bounces):
-    """The demo's tile, on its generated ground: facades and roofs by orientation."""
-    scene = build_scene(read_city([ROOT / "examples" / "berlin" / "berlin_3910_5817.gml"]))
-    settings = {"max_bounces": bounces}
-    difference, error, reflected = compare(scene, SUNS, settings | {"samples": 256}, settings | {"samples": 32})
-    assert len(difference) >= 9
-    assert np.median(error) < 0.004
-    assert (np.abs(difference) <= 4 * error + PATCHES * reflected + 1e-6).all()
-
-
 TOWN_SUNS = [20, 71, 100]
 PHOTONS = draw_count(40, 20)  # per patch of the town
 

@@ -12,7 +12,8 @@ from test_horizon import HOUR
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.progress import silent
@@ -21,7 +22,6 @@ from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
 from citypv.core.sun.sun_sampling import hourly_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster

@@ -6,8 +6,8 @@ import threading
 import numpy as np
 import pytest
 
+from citypv.core.light import kept_matrix
 from citypv.core.settings.progress import CancelledError, Interruption, silent
-from citypv.core.transfer import kept_matrix
 
 
 def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():

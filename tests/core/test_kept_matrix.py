@@ -10,11 +10,12 @@ from scenes import join, strip, suns_towards
 from test_covered import box
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light import kept_matrix
+from citypv.core.light.kept_matrix import is_on_disk, keep_matrix, row_blocks
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.transfer import kept_matrix
-from citypv.core.transfer.kept_matrix import is_on_disk, keep_matrix, row_blocks
 from citypv.core.weather.read_weather import read_weather
 
 VALUES = np.random.default_rng(3).random((1000, 37), dtype=np.float32)

@@ -8,12 +8,12 @@ import pytest
 from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, street
 from scenes import assert_mean, suns_towards
 
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
 from citypv.core.patches.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

@@ -10,14 +10,14 @@ from test_closed_forms import SUNS, direct_relative
 from test_standard_errors import ANYWHERE, scene_and_suns
 from test_tracing import three_houses
 
+from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
+from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import variance_of_mean
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.transfer.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
-from citypv.core.transfer.noise import variance_of_mean
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
 
 pytestmark = pytest.mark.once
 
@@ -110,7 +110,7 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
         total = values[:, 0]
         for index in range(1, rounds):
             weights = index / (index + 1), 1 / (index + 1)
-            total = merge_replicates(total, values[:, index], weights, index)
+            total = merge_replicates(total, values[:, index], weights[1], index)
         assert total.shape[1] == min(4 * rounds, MOST_REPLICATES)
         stated, freedom = variance_of_mean(total), 3 * min(rounds, MOST_REPLICATES // 4)
         assert stated.mean() == pytest.approx(1 / (4 * rounds), rel=5 * np.sqrt(2 / freedom / 4000))

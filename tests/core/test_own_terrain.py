@@ -15,7 +15,7 @@ from small_city import EAST, HEAD, NORTH, UP
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.terrain import measure_heights
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read import parse_xml
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError

@@ -16,8 +16,8 @@ from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import default_system
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.read_albedo import albedo_of_triangles
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.results.read_results import select_mounted
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.progress import silent

@@ -20,6 +20,7 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
+from citypv.core.light import kept_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
 from citypv.core.results.transfer_file import read_transfer
@@ -29,7 +30,6 @@ from citypv.core.results.write_tables import write_faces
 from citypv.core.settings import progress
 from citypv.core.settings.progress import CancelledError, TerminalProgress
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 
 DATA = Path(__file__).parents[1] / "data"

@@ -7,9 +7,9 @@ from test_tracing import SUNS, three_houses
 from weathers import HOUR
 
 from citypv.core.effects.receivers import choose_turns
+from citypv.core.light.shadow_points import split_net
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import order_nearby
-from citypv.core.radiosity.shadow_points import split_net
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.sample_points import grid_of
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -119,14 +119,13 @@ def annual(transfer):
 
 
 def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
-    """A sixteenth of the points where patches, the least seen first, pass on less than 0.3 of the ground's light."""
+    """A sixteenth of the points where receivers fill less than a quarter of the hemisphere, wherever that is."""
     full = np.array([True, False, False, False, False, False])
     ground = np.array([False, False, True, True, True, True])
-    seen = np.array([9.0, 0.1, 4.0, 1.0, 2.5, 3.0])
-    assert choose_turns(full, ground, seen, 16).tolist() == [1, 4, 4, 16, 4, 4]
-    assert choose_turns(full, ground, 0 * seen, 16).tolist() == [1, 4, 16, 16, 16, 16]
+    filled = np.float32([0.9, 0.01, 0.4, 0.01, 0.3, 0.24])
+    assert choose_turns(full, ground, filled, 16).tolist() == [1, 4, 4, 16, 4, 16]
     assert choose_turns(full, ground, None, 16).tolist() == [1, 4, 4, 4, 4, 4]
-    assert choose_turns(full, ground, seen, 8) is None and choose_turns(None, ground, seen, 16) is None
+    assert choose_turns(full, ground, filled, 8) is None and choose_turns(None, ground, filled, 16) is None
 
 
 def test_patches_in_order_lie_side_by_side():

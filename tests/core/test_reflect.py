@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
-from citypv.core.form_factors.form_factors import FormFactors, Rows
-from citypv.core.radiosity.solve_radiosity import iterate_bounces, solve_radiosity
+from citypv.core.effects.reflections import MOST_BOUNCES
+from citypv.core.light.solve_radiosity import Exchange, find_bounces, iterate_bounces, solve_radiosity
+from citypv.core.light.traced import FormFactors, Rows, leave_rows
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
 
@@ -15,8 +17,8 @@ def random_form_factors(generator):
     for first in (0, 100):
         keys = np.sort(generator.integers(0, PATCHES * CELLS * REPLICATES, (100, RAYS)).astype(np.int32), axis=1)
         start = np.arange(101) * RAYS
-        rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), np.ones(keys.size, np.uint32)))
-    return FormFactors(rows, PATCHES, CELLS, 64)
+        rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), 64))
+    return FormFactors(rows, PATCHES, CELLS)
 
 
 @pytest.mark.parametrize("sources", [1, 7, 33])
@@ -52,7 +54,7 @@ def test_cells_hand_on_each_by_its_own_factor(sources):
         patch, cell = np.divmod(rows.key // REPLICATES, CELLS)
         sent = factor[patch, cell][:, None] * arriving[patch].astype(float) / (64 * REPLICATES)
         np.add.at(second, np.repeat(rows.chosen, RAYS), sent)
-    reflected, _, _ = iterate_bounces(form_factors, factor, arriving.copy(), 2)
+    reflected, _, _ = iterate_bounces(Exchange(form_factors, factor), arriving.copy(), 2)
     assert reflected == pytest.approx(arriving + second, rel=1e-5)
 
 
@@ -62,9 +64,35 @@ def test_sources_count_by_their_weight():
     form_factors = random_form_factors(generator)
     arriving = generator.random((PATCHES, 5)).astype(np.float32)
     factor, weight = np.full((PATCHES, CELLS), 0.5, np.float32), np.float32([0, 1, 0, 2, 0])
-    plain = iterate_bounces(form_factors, factor, arriving.copy(), 2)
-    weighed = iterate_bounces(form_factors, factor, arriving.copy(), 2, weight=weight, first_light=3.0)
+    plain = iterate_bounces(Exchange(form_factors, factor), arriving.copy(), 2)
+    weighed = iterate_bounces(Exchange(form_factors, factor), arriving.copy(), 2, weight=weight, first_light=3.0)
     assert np.array_equal(plain[0], weighed[0])
     assert weighed[1] == pytest.approx(arriving @ weight, rel=1e-5)
     second = (plain[0] - arriving) @ weight
     assert weighed[2] == pytest.approx(second.sum() / (3.0 + (plain[0] @ weight).sum()), rel=1e-4)
+
+
+def test_rows_are_replaced_one_by_one():
+    """The product of the others stays as it is; rows of patches that had none are added."""
+    generator = np.random.default_rng(3)
+    form_factors, other = random_form_factors(generator), random_form_factors(generator)
+    before, after = (one.as_matrix().toarray() for one in (form_factors, other))
+    whole = FormFactors([], PATCHES, CELLS)
+    for rows in form_factors.rows:
+        whole.put(rows)
+    new = leave_rows(other.rows[0], np.arange(100) % 3 == 0)
+    whole.put(new)
+    taken = np.repeat(np.isin(np.arange(PATCHES), new.chosen), REPLICATES)
+    assert np.array_equal(whole.as_matrix().toarray(), np.where(taken[:, None], after, before))
+
+
+def test_reflections_end_at_the_residual():
+    """Of a room in which every ray hits: E_n = ρⁿ, so ρⁿ⁺¹ of the light is left, and its ratio is ρ at once."""
+    rows = Rows(np.arange(2), 256 * np.arange(3), np.repeat([CELLS * REPLICATES, 0], 256).astype(np.int32), 64)
+    exchange = Exchange(FormFactors([rows], 2, CELLS), np.full((2, CELLS), 0.5, np.float32))
+    groups, light = sparse.csr_matrix([[1.0, 0], [1.0, 1.0]]), np.full((2, 1), 0.5, np.float32)
+    count, left = find_bounces(exchange, light, groups, groups @ np.ones((2, 1)))
+    assert count == 8
+    white = Exchange(exchange.form_factors, np.ones((2, CELLS), np.float32))
+    assert find_bounces(white, 2 * light, groups, groups @ np.ones((2, 1)))[0] == MOST_BOUNCES  # none is enough
+    assert left == pytest.approx(0.5**9 / (1 - 0.5**9), rel=1e-4)

@@ -17,9 +17,10 @@ from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 from citypv.core.effects.perez import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
+from citypv.core.light.merge_transfers import merge_transfers
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
@@ -27,7 +28,6 @@ from citypv.core.settings.request import Request
 from citypv.core.sun.horizon_band import HEIGHT, HORIZON
 from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer

@@ -17,12 +17,12 @@ from citypv.core.effects.perez import change_unshaded
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import SourceLight
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
-from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 
 BENCHMARK = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "sky.py"))

@@ -11,13 +11,13 @@ from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
 
+from citypv.core.light import sun_blocks
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.brdfs import reflect_interfaces
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons import specular_light
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
-from citypv.core.radiosity import sun_blocks
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

@@ -10,10 +10,10 @@ from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.radiosity.direct_errors import variance_of_cover, variance_of_neighbours
-from citypv.core.radiosity.shadow_points import place_points
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.rays.sample_points import DIGITS, grid_of, points_of_grid, stratified_points
+from citypv.core.light.direct_errors import variance_of_neighbours
+from citypv.core.light.shadow_points import place_points
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.rays.sample_points import DIGITS, grid_of, points_of_grid
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
@@ -123,37 +123,6 @@ def shadow_nets(number, count, generator):
     places = np.empty((2, number, count), np.float32)
     place_points(turned, (points_of_grid(count), grid_of(count)), places)
     return places
-
-
-LINES = {"anywhere": None, "along an edge": [0, np.pi / 2, np.pi / 4], "along its height": [np.pi, -np.pi / 2]}
-
-
-@pytest.mark.parametrize("lines", LINES)
-@pytest.mark.parametrize("count", [1, 4, 16, 64])
-def test_variance_along_the_line_of_what_covers(count, lines):
-    """Of the points on one side of a line, told from a point in each of 64 cells; whose area is known in closed form.
-
-    Where the line runs along an edge of the patch, points are more even.
-    """
-    generator = np.random.default_rng(count)
-    number = 20000
-    drawn = generator.uniform(0, 2 * np.pi, number)
-    angle = drawn if LINES[lines] is None else np.array(LINES[lines])[generator.integers(0, len(LINES[lines]), number)]
-    normal, edge, area = lines_across_a_triangle(angle, generator)
-    places = shadow_nets(number, count, generator)
-    lit = np.einsum("xn,xnm->nm", normal, places) > edge[:, None]
-    actual = np.mean((lit.mean(axis=1) - area) ** 2)
-    cells = np.stack(stratified_points(*generator.random((2, number, 64), np.float32), 8))
-    covered = np.einsum("xn,xnm->nm", normal, cells) <= edge[:, None]
-    stated = variance_of_cover(covered, count).mean()
-    finest = 0.8 if count < 64 else 0.65  # as many cells as points do not tell where between these the line runs
-    assert finest < np.sqrt(actual / stated) < 1.25
-
-
-def test_even_cover_has_no_variance():
-    """Wholly covered, wholly open."""
-    cells = np.array([np.zeros(64, bool), np.ones(64, bool)])
-    np.testing.assert_array_equal(variance_of_cover(cells, 16), 0)
 
 
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])

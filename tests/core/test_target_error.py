@@ -11,9 +11,9 @@ from small_city import write_small_city
 from test_tracing import three_houses
 
 from citypv.__main__ import main
-from citypv.core.accuracy.choose_counted import choose_counted
 from citypv.core.accuracy.refine import (
     Goal,
+    choose_counted,
     decide_stop,
     describe_round,
     largest_round,
@@ -25,10 +25,10 @@ from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
+from citypv.core.light.transfer import TraceRecord
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.presets import PRESETS, settings_of_preset
 from citypv.core.settings.request import Request
-from citypv.core.transfer.trace_record import TraceRecord
 
 COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
 
@@ -110,19 +110,16 @@ def test_surfaces_that_are_known_get_no_more_samples():
     request = Request(samples=64, shadow_samples=4)
     errors = replace(made_errors(1, shadows=1.0), rows=some)
     errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
-    assert choose_counted(errors, request, 1.0, surfaces)[0] is None
+    assert choose_counted(errors, request, 1.0, surfaces) is None
     errors.rounds = 4
-    assert choose_counted(errors, request, 1.0, surfaces)[0] is None  # rounds of 8 points so far
+    assert choose_counted(errors, request, 1.0, surfaces) is None  # rounds of 8 points so far
     errors.rounds = 8
-    counted, alone = choose_counted(errors, request, 1.0, surfaces)
-    assert alone
+    counted = choose_counted(errors, request, 1.0, surfaces)
     assert np.flatnonzero(counted).tolist() == some[2:].tolist()
     errors.variance["shadows"] = np.array([4.0, 0.1, 0.1, 4.0])
-    assert np.flatnonzero(choose_counted(errors, request, 1.0, surfaces, counted)[0]).tolist() == [some[3]]
+    assert np.flatnonzero(choose_counted(errors, request, 1.0, surfaces, counted)).tolist() == [some[3]]
     errors.variance["passed_on"] = np.full(4, 9.0)
-    everything, alone = choose_counted(errors, replace(request, report="all"), 1.0, surfaces)
-    assert not alone
-    assert everything[~np.asarray(surfaces.eligible)].all()
+    assert choose_counted(errors, request, 1.0, surfaces) is None  # most of it is what others pass on
 
 
 def test_a_round_without_eligible_surfaces_names_no_error():

@@ -9,7 +9,7 @@ from scenes import scene_of_triangles, suns_towards
 from scipy import stats
 from test_closed_forms import direct_relative
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

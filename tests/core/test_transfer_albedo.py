@@ -5,12 +5,13 @@ import pytest
 import xarray as xr
 from scenes import join, strip, suns_towards
 
+from citypv.core.light.sun_sampling_error import take_surfaces
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.sun_sampling_error import take_surfaces
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0, -1, 1], [0, 0, 1]])

@@ -13,12 +13,12 @@ from citypv.core.accuracy.effect_shares import shares_of_effects
 from citypv.core.city.canopy import Canopy, KeptRays
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.request import Request, check_request
 from citypv.core.study import compute_energy, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 
 def canopy_of(shape, per_metre=0.0, per_crossing=0.0):

@@ -10,13 +10,13 @@ import pytest
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
+from citypv.core.light.transfer import SourceLight
 from citypv.core.results.write_tables import place_periods
 from citypv.core.results.write_tables import sum_periods as sum_rows
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_grid import match_sky_grid, match_triangles, sky_grid_suns, triangulate_sky
 from citypv.core.sun.solar_position import geocentric_sun, solar_position, sun_of_place
-from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer

@@ -11,7 +11,6 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.transfer.transfer import ErrorParts, SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer

@@ -3,8 +3,7 @@
 import numpy as np
 
 from citypv.core.city.scene import Site, Surfaces
-from citypv.core.transfer.trace_record import TraceRecord
-from citypv.core.transfer.transfer import Transfer
+from citypv.core.light.transfer import TraceRecord, Transfer
 
 
 def make_surfaces(surface_tilt, surface_azimuth, seed=0):

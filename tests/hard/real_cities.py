@@ -9,8 +9,8 @@ from test_closed_forms import direct_relative
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.city import City
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.request import Request

@@ -22,8 +22,8 @@ from citypv.core.city.refine import refine_triangles
 from citypv.core.city.terrain import Layer, Terrain, measure_heights
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import solar_position, sun_direction

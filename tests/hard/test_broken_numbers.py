@@ -11,12 +11,12 @@ from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
 from citypv.core.city.find_ground import find_resting_floors
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
 from citypv.core.effects.plan_effects import plan_effects
+from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.sun_visibility import sun_visibility
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent

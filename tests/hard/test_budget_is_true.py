@@ -11,18 +11,18 @@ from test_tracing import box, join, strip, three_houses
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.choose_counted import choose_counted
-from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import Round
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.patch_light import Round
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
+from citypv.core.transfer.prepare_scene import build_tree
 from citypv.core.weather.read_weather import read_weather
 
 LEVEL = 0.95
@@ -131,7 +131,7 @@ def refined(name, request, seed):
     energy = compute_energy(first, weather, threads=1)
 
     def trace(total, part):
-        alone.append(part.counted.sum() if part.alone else len(scene.surfaces))
+        alone.append(len(scene.surfaces) if part.counted is None else part.counted.sum())
         return trace_round(scene, total, request, part, prepared=start)
 
     def choose(errors, before):

@@ -8,9 +8,9 @@ import pytest
 from real_cities import SUNS
 from towns import boxes
 
+from citypv.core.light.measure_cover import measure_cover
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.measure_cover import measure_cover
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

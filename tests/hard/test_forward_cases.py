@@ -8,8 +8,8 @@ from closed import box
 from scenes import join, scene_of_triangles, strip, suns_towards
 from towns import spun, turned
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

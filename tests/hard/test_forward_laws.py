@@ -10,9 +10,9 @@ from test_laws import law as law_of_gather
 from thorough import draw_count
 
 from citypv.core.city.refine import refine_triangles
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.request import Request
 
 SCENES = draw_count(200, 25, 4)

@@ -16,7 +16,7 @@ from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

@@ -12,7 +12,7 @@ from towns import city_of_polygons, draw_town, moved
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.find_ground import find_ground
 from citypv.core.city.terrain import Layer, Terrain
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

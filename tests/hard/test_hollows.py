@@ -10,8 +10,8 @@ from test_orientation import bowl, valley
 from towns import box, boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.slow

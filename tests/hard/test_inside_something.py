@@ -5,7 +5,7 @@ import pytest
 from closed import box
 from scenes import join, strip
 
-from citypv.core.radiosity.measure_cover import measure_cover
+from citypv.core.light.measure_cover import measure_cover
 
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
 SIDES = ("roof", "floor", "south", "north", "east", "west")

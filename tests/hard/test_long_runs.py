@@ -16,7 +16,7 @@ from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

@@ -14,13 +14,14 @@ from towns import boxes
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.commands.hard_checks import narrow_gap
+from citypv.core.light.light_errors import ABRUPT, remaining_error
+from citypv.core.light.measure_cover import find_cover
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_all import prepare_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.gather_context import prepare_gather
-from citypv.core.radiosity.measure_cover import find_cover
-from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.radiosity.patch_size_errors import SMOOTH
 from citypv.core.settings.request import Request
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3

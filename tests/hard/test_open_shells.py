@@ -8,7 +8,7 @@ import pytest
 from closed import box, room
 from scenes import join, strip, suns_towards
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

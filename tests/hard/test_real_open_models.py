@@ -10,10 +10,10 @@ from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays, meets_in_double
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.radiosity.sun_visibility import sun_visibility
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.progress import silent

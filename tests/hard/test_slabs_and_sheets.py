@@ -11,9 +11,9 @@ from scenes import assert_mean, suns_towards
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from towns import boxes
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year

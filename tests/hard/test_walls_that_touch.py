@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from real_cities import SAMPLES, SUNS, city_and_alone, light_of_run
 
+from citypv.core.light.measure_cover import find_cover
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_all import prepare_gather
 from citypv.core.patches.fates_of_rays import meets_back
 from citypv.core.patches.find_covered import lie_in_earth
 from citypv.core.photons.scatter import leave_patches
-from citypv.core.radiosity.gather_context import prepare_gather
-from citypv.core.radiosity.measure_cover import find_cover
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.request import Request
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 BOUNCES = 3
 PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of gather

@@ -9,8 +9,8 @@ from scenes import join, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved, turned
 
 from citypv.core.city.transform_crs import convert_to_metres
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.rays.sample_points import sobol_digits

@@ -6,7 +6,7 @@ from closed import box, room
 from scenes import join, strip, suns_towards
 from towns import spun
 
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 

@@ -9,10 +9,10 @@ from closed import box, room
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.request import Request
 from citypv.core.weather.add_sun import add_sun

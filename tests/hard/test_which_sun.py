@@ -8,7 +8,7 @@ from scenes import join, strip, suns_towards
 from towns import turned
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.sun_sampling import choose_suns, match_suns

@@ -14,7 +14,7 @@ from weathers import ERA5
 from citypv.core.accuracy.sun_sampling import TracedYear, measure_ways
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns

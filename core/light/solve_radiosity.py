@@ -9,14 +9,18 @@ other dark, and rays from the dark part hit the dark parts of others. The cells 
 in proportion to each cell's first reflection of sky light.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
-from ..form_factors.form_factor_products import multiply, multiply_starts, multiply_visible, propagate
-from ..form_factors.form_factors import check_form_factors
+from ..effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
 from ..settings.errors import check_array
 from ..settings.threads import work_in_slices
+from .form_factor_products import multiply, multiply_starts, propagate
+from .traced import SKY_DOME, FormFactors, check_form_factors
 
+LARGEST_RATIO = 0.999
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
 
 
@@ -33,35 +37,29 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def radiosity_of_elements(context, hemisphere, first, propagated):
-    """Radiosity of the cells of patches: of their first light, (p, cells), and of what they received after it, (p,)."""
-    return context.patches.albedo[:, None] * first + propagated[:, None] * hemisphere.factor
-
-
-def element_factors(context, rays, tallies):
-    """Factors from the mean irradiance of a patch to the radiosity of each of its cells (elements).
+def element_factors(context, traced):
+    """Factors from the mean irradiance of a patch to the radiosity of each of its elements.
 
     Parameters
     ----------
     context : GatherContext
-    rays : HemisphereRays
-    tallies : ElementTallies
+    traced : Traced
 
     Returns
     -------
-    (p, cells) float32
-        That of `radiosity_factor` where no reflected sky light arrives, or keys of hits do not resolve start cells.
+    (p, elements) float32
+        That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where rays start.
     """
-    patches, form_factors = context.patches, rays.form_factors
-    whole = radiosity_factor(patches, rays.covered_share)
+    patches, form_factors = context.patches, traced.form_factors
+    whole = radiosity_factor(patches, traced.covered_share)
     if form_factors.starts < form_factors.cells or form_factors.cells == 1:
         return np.repeat(whole[:, None], form_factors.cells, axis=1)
-    factor = multiply_starts(form_factors, patches.albedo, tallies.sky.view, context.threads)
-    of_ground = np.float32(context.request.ground_albedo), tallies.far_ground
+    factor = multiply_starts(form_factors, patches.albedo, traced.first[SKY_DOME].element, context.threads)
+    ground_albedo = np.float32(context.request.ground_albedo)
 
     def share(rows):
-        light = factor[rows], of_ground[0], of_ground[1][rows]
-        weigh_elements(light, tallies.open_share[rows], patches.albedo[rows], whole[rows])
+        light = factor[rows], ground_albedo, traced.element_far_ground[rows]
+        weigh_elements(light, traced.open_share[rows], patches.albedo[rows], whole[rows])
 
     work_in_slices(share, len(factor), context.threads)
     return factor
@@ -97,6 +95,26 @@ def weigh_elements(light, open_share, albedo, whole):
             arriving[patch, cell] = scale * arriving[patch, cell] / share if share > 0 else 0
 
 
+@dataclass
+class Exchange:
+    """How patches light each other."""
+
+    form_factors: FormFactors
+    factor: np.ndarray  # (p, elements) float32, of `element_factors`
+    threads: int = 1
+
+    def reflect(self, light, sums=None, **kept):
+        """F · (factor ∘ light) of (p, s) float32; `sums` and what is kept as of `propagate`."""
+        if sums is None:
+            sums = np.zeros(light.shape[1], np.float32), np.empty(len(light), np.float32)
+        return propagate(self.form_factors, self.factor, light, sums, self.threads, **kept)
+
+
+def exchange_of(context, traced):
+    """How the patches of a run light each other: Exchange."""
+    return Exchange(traced.form_factors, traced.factor, context.threads)
+
+
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     """Irradiance by reflections: `iterate_bounces` for unchecked arrays and one `factor`, (p,), of
     `radiosity_factor` for each patch.
@@ -110,30 +128,17 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     check_form_factors(form_factors, count)
-    factor = np.repeat(factor[:, None], form_factors.cells, axis=1)
-    arriving = multiply(form_factors, factor, first)
-    return iterate_bounces(form_factors, factor, arriving, max_bounces, far_first=far_first, first_light=first.sum())
+    exchange = Exchange(form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
+    arriving = multiply(form_factors, exchange.factor, first)
+    return iterate_bounces(exchange, arriving, max_bounces, far_first=far_first, first_light=first.sum())
 
 
-def iterate_bounces(
-    form_factors,
-    factor,
-    arriving,
-    max_bounces,
-    *,
-    far_first=None,
-    first_light=0.0,
-    weight=None,
-    threads=1,
-    progress=None,
-):
+def iterate_bounces(exchange, arriving, max_bounces, *, far_first=None, first_light=0.0, weight=None, progress=None):
     """Irradiance by reflections.
 
     Parameters
     ----------
-    form_factors : FormFactors
-    factor : (p, cells) float32
-        Of `element_factors`.
+    exchange : Exchange
     arriving : (p, s) float32
         F (ρ ∘ E₀), one column per light source. Overwritten.
     max_bounces : int
@@ -143,7 +148,6 @@ def iterate_bounces(
         Sum of E₀ over all patches and, weighted, over the light sources; for `last`.
     weight : (s,) float32, optional
         Weight of each light source in sums over them; 1 if not given.
-    threads : int
     progress : callable, optional
         Called with the number of bounces done.
 
@@ -165,13 +169,13 @@ def iterate_bounces(
     arrived = np.empty(len(arriving), np.float32)
     for bounce in range(max_bounces):
         if bounce == 0:
-            weigh_light(light, far_first, (weight, arrived), threads)
+            weigh_light(light, far_first, (weight, arrived), exchange.threads)
         elif bounce > 1 and bounce + 1 == max_bounces:
-            propagate(form_factors, factor, light, (weight, arrived), threads, total=reflected)
+            exchange.reflect(light, (weight, arrived), total=reflected)
         else:
-            product = propagate(form_factors, factor, light, (weight, arrived), threads, out=spare)
+            product = exchange.reflect(light, (weight, arrived), out=spare)
             light, spare = product, None if light is reflected else light
-            add_in_slices(reflected, light, threads)
+            add_in_slices(reflected, light, exchange.threads)
         last = arrived.sum(dtype=float)
         whole += last
         if bounce + 1 < max_bounces:
@@ -179,6 +183,44 @@ def iterate_bounces(
         if progress is not None:
             progress(bounce + 1)
     return reflected, propagated, last / whole if whole > 0 else 0.0
+
+
+def find_bounces(exchange, light, weights, first):
+    """How many reflections to follow until the solver's residual is small.
+
+    What is left after n reflections is the next one and, with the ratio of the two, the geometric series that it
+    begins: less than WHOLE_LIMIT of the light of all receivers, and than GROUP_LIMIT of that of any group of them.
+
+    Parameters
+    ----------
+    exchange : Exchange
+    light : (p, k) float32
+        What k columns of light bring at their first reflection.
+    weights : (g, p) sparse
+        Patches in the light of each group, the last one being all.
+    first : (g, k) float64
+        Light of the groups before reflections.
+
+    Returns
+    -------
+    count : int
+        At least 1, at most MOST_BOUNCES.
+    left : float
+        Share of the light of all that is left, of the column with most.
+    """
+    limits = np.append(np.full(len(first) - 1, GROUP_LIMIT), WHOLE_LIMIT)[:, None]
+    arrived, whole = weights @ light.astype(float), np.array(first)
+    for count in range(1, MOST_BOUNCES + 1):  # noqa: B007
+        whole += arrived
+        light = exchange.reflect(light)
+        following = weights @ light.astype(float)
+        ratio = np.divide(following, arrived, out=np.zeros(whole.shape), where=arrived > 0)
+        series = following / (1 - np.minimum(ratio, LARGEST_RATIO))
+        left = np.divide(series, whole, out=np.zeros(whole.shape), where=whole > 0)
+        if (left <= limits).all():
+            break
+        arrived = following
+    return count, float(left[-1].max(initial=0))
 
 
 def add_in_slices(total, light, threads):
@@ -236,56 +278,3 @@ def covariance_of_replicates(one, other):
     count = one.shape[1]
     one, other = (light - light.mean(axis=1, keepdims=True, dtype=float) for light in (one, other))
     return (one * other).sum(axis=1) / ((count - 1) * count)
-
-
-def reflect_block(context, hemisphere, light, suns, report):
-    """Reflections of one block of suns, without the first bounce off the far ground.
-
-    Parameters
-    ----------
-    light : SunLight
-        Of the b suns of the block.
-    suns : SunBlock
-    report : callable
-        Called with the number of bounces done.
-
-    Returns
-    -------
-    reflected : (p, b) float32
-    propagated : (p,) float32
-        As in `iterate_bounces`, with the suns' weights.
-    last : float
-    """
-    directions, weights = suns
-    form_factors, threads = hemisphere.form_factors, context.threads
-    far_first = None
-    if context.plan.far_ground:
-        lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
-        far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
-    visible = directions, light.visible_elements
-    albedo = context.patches.albedo * light.point_weight
-    arriving = multiply_visible(form_factors, albedo, context.patches.normal, visible, threads)
-    reflected, propagated, last = iterate_bounces(
-        form_factors,
-        hemisphere.factor,
-        arriving,
-        context.plan.max_bounces,
-        far_first=far_first,
-        first_light=light.by_point.mean(axis=1).sum(dtype=float),
-        weight=weights,
-        threads=threads,
-        progress=report,
-    )
-    if far_first is not None:
-        subtract_far_ground(reflected, far_first, threads)
-    return reflected, propagated, last
-
-
-def subtract_far_ground(reflected, far_first, threads):
-    """Subtract the first bounce off the far ground from all reflected light, (p, s), in place."""
-
-    def subtract(rows):
-        reflected[rows] -= far_first[rows]
-        np.maximum(reflected[rows], 0, out=reflected[rows])
-
-    work_in_slices(subtract, len(reflected), threads)

@@ -11,19 +11,27 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..patches.cover_cells import enclosed_cells
 from ..patches.fates_of_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays, stop_in_crowns
 from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
-from ..rays.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
+from ..rays.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays, points_of_patches, shift_replicates
+from ..rays.random_numbers import mix
 from ..rays.ray_scene import Places
-from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
+from ..rays.sample_points import (
+    DIGITS,
+    HEMISPHERE_REPLICATES,
+    barycentric_of_square,
+    cell_of_point,
+    cells_inside,
+    sobol_digits,
+)
+from ..settings.errors import InputError, check_array
 from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
-from .hemisphere import HemisphereRays
-from .replicates import STEP
+from .traced import FEWEST_RAYS, SKY_DOME, STEP, FirstLight, RayCity, RowLight, count_hits, empty_traced, no_light
 
 RAYS_PER_TASK = 1 << 18
+LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
 LOW = (1 << 32) - 1  # bits of the first of two counts in one number
 
 
@@ -38,10 +46,8 @@ class Tally(NamedTuple):
     deviation: np.ndarray  # (c, cells, HEMISPHERE_REPLICATES) int16, of `write_deviations`
 
 
-def trace_hemisphere(
-    ray_scene, patches, traced, *, sample_count, reflections, threads, progress, tallies=None, terrain=None
-):
-    """Trace cosine-distributed rays from every traced patch.
+def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
+    """Trace cosine-distributed rays from some patches.
 
     Parameters
     ----------
@@ -56,111 +62,165 @@ def trace_hemisphere(
     threads : int
     progress : callable
         See `core.progress`.
-    tallies : ElementTallies, optional
-        The rows of traced patches are written, which needs `reflections`. The light of a patch is resolved by as many
-        elements, 1, 4 or 16, as they have columns; by one if not given.
-    terrain : TerrainHorizon, optional
-        Of distant terrain: rays that leave below it reach the far ground, not the sky.
 
     Returns
     -------
-    HemisphereRays
+    Traced
 
     Raises
     ------
     InputError
         If `traced` or `sample_count` is invalid, or a ray would not be finite.
     """
-    count = len(patches)
-    check_array("traced", traced, (count,), kind="b")
+    check_array("traced", traced, (len(patches),), kind="b")
     if sample_count < HEMISPHERE_REPLICATES or sample_count % HEMISPHERE_REPLICATES:
         raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {HEMISPHERE_REPLICATES}")
-    sequence = sobol_digits(sample_count // HEMISPHERE_REPLICATES)
-    rows = np.flatnonzero(traced)
-    step = max(1, RAYS_PER_TASK // sample_count)
-    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
-
-    cells = tallies.open_share.shape[1] if tallies is not None else 1
-    starts = count_starts(count, cells, sample_count)
-
-    def trace_rows(chosen):
-        wanted = (cells, starts) if reflections else None
-        return trace_patches(ray_scene, patches, chosen, sequence, wanted, terrain)
-
-    found = HemisphereRays(
-        sky=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
-        far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
-        form_factors=FormFactors([], count, cells, len(sequence), starts) if reflections else None,
-        covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        ray_count=0,
-    )
-    if len(rows):
-        progress("sky and reflections", 0, len(rows) * sample_count, "rays")
-    done = 0
-    for task, traced_rows in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
-        tally, covered, matrix_rows = traced_rows
-        found.covered[task] = covered
-        dark = covered.all(axis=1)
-        chosen = task[~dark]
-        found.sky[chosen], found.far_ground[chosen] = tally.sky, tally.far_ground
-        if reflections:
-            matrix_rows.rays = len(sequence)
-            found.form_factors.rows.append(matrix_rows)
-        if tallies is not None:
-            tallies.sky.view[chosen], tallies.sky.deviation[chosen] = tally.element_sky, tally.deviation
-            tallies.far_ground[chosen], tallies.open_share[chosen] = tally.element_far_ground, tally.open_share
-            tallies.open_share[task[dark]] = 0
-        found.ray_count += len(chosen) * sample_count
-        done += len(task)
-        progress("sky and reflections", done * sample_count, len(rows) * sample_count, "rays")
+    city = RayCity(ray_scene=ray_scene, patches=patches, threads=threads, reflections=reflections)
+    found, rows, done = empty_traced(city), np.flatnonzero(traced), 0
+    for part in trace_rows(city, rows, sample_count):
+        found.put(part)
+        done += sample_count * (len(part.rows) + len(part.dark))
+        progress("sky and reflections", done, len(rows) * sample_count, "rays")
     return found
 
 
-def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  # noqa: PLR0917
-    """Trace the hemisphere rays of some patches; of these, such as are wholly covered need none.
+def trace_rows(city, rows, samples):
+    """What the rays of some patches meet, in parts.
 
     Parameters
     ----------
-    chosen : (m,) int
-    sequence : (rays / HEMISPHERE_REPLICATES, 4) uint32
-    cells : tuple of two int, or None
-        `cells` of `trace_hemisphere` and `starts` of `FormFactors`; None if no matrix is wanted.
-    terrain : TerrainHorizon, optional
+    city : RayCity
+    rows : (r,) int
+        Patches.
+    samples : int
+        Hemisphere rays of each, a multiple of HEMISPHERE_REPLICATES.
+
+    Yields
+    ------
+    RowLight
+        Of the next patches, in their order.
+    """
+    sequence, step = sobol_digits(samples // HEMISPHERE_REPLICATES), max(1, RAYS_PER_TASK // samples)
+    parts = [rows[start : start + step] for start in range(0, len(rows), step)]
+    yield from map_in_order(lambda chosen: trace_part(city, chosen, sequence), parts, city.threads)
+
+
+def trace_part(city, chosen, sequence):
+    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: RowLight."""
+    ray_scene, patches = city.ray_scene, city.patches
+    covered = find_covered_cells(ray_scene, patches, chosen)
+    dark = covered.all(axis=1)
+    rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
+    origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
+    hits, fate = follow_rays(city, covered, (origins, directions, start_cells))
+    hide_sky(city, directions, fate)
+    within = np.flatnonzero(covered.any(axis=1))
+    tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), city.elements)
+    found = RowLight(
+        rows=rows,
+        covered=covered,
+        dark=lost,
+        first={SKY_DOME: FirstLight(tally.sky, tally.element_sky, tally.deviation)},
+        far_ground=tally.far_ground,
+        element_far_ground=tally.element_far_ground,
+        open_share=tally.open_share,
+        hits=None,
+        ray_count={SKY_DOME: fate.size},
+    )
+    for source in city.sources:
+        found.first[source.name], found.ray_count[source.name] = look_at_source(city, source, rows, covered, sequence)
+    if city.reflections:
+        cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements)))
+        start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
+        met = hits.triangle.reshape(fate.shape), fate == FRONT
+        found.hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
+    return found
+
+
+def follow_rays(city, covered, rays):
+    """What rays of c patches hit, and what becomes of each.
+
+    Parameters
+    ----------
+    city : RayCity
+    covered : (c, CELL_DIVISIONS²) bool
+    rays : tuple of two (c, rays, 3) float32 and (c, rays) uint8
+        Origins, directions, and the cells in which they start.
 
     Returns
     -------
-    tally : Tally
-        Of the c patches that are not wholly covered.
-    covered : (m, CELL_DIVISIONS²) bool
-    rows : Rows or None
-        Of these c.
+    hits : Places
+    fate : (c, rays) uint8
     """
-    covered_cells = find_covered_cells(ray_scene, patches, chosen)
-    some = ~covered_cells.all(axis=1)
-    chosen, covered = chosen[some], covered_cells[some]
-    origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
+    ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    hit = hits.triangle.reshape(start_cells.shape)
-    fate = np.empty(hit.shape, np.uint8)
-    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
-
+    fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
+    classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
-
     if ray_scene.canopy is not None:
         stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
-    if terrain is not None:
-        mark_hidden(fate, np.moveaxis(directions, -1, 0), np.sin(np.radians(terrain.elevation)), SKY, FAR_GROUND)
+    return hits, fate
 
-    cells, starts = cells or (1, 0)
-    tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), cells)
-    if not starts:
-        return tally, covered_cells, None
-    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered_cells, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of)
+
+def hide_sky(city, directions, fate):
+    """Give rays, (c, rays, 3), that leave below the distant terrain to the far ground."""
+    if city.terrain is not None:
+        elevation = np.sin(np.radians(city.terrain.elevation))
+        mark_hidden(fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), elevation, SKY, FAR_GROUND)
+
+
+def look_at_source(city, source, rows, covered, sequence):
+    """First light of a source in the sky on some patches, by rays towards it.
+
+    Parameters
+    ----------
+    city : RayCity
+    source : SkySource
+    rows : (c,) int
+        The patches.
+    covered : (c, CELL_DIVISIONS²) bool
+    sequence : (r, 4) uint32
+        Points of each replicate of their hemisphere rays, of which the first serve here.
+
+    Returns
+    -------
+    FirstLight
+        In the unit of `Traced.first`.
+    ray_count : int
+    """
+    unshaded = source.unshaded(city.patches.normal[rows]).astype(np.float32)
+    found, facing = no_light(len(rows), city.elements), np.flatnonzero(unshaded > LEAST)
+    if not len(facing):
+        return found, 0
+    covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
+    rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
+    fate = follow_rays(city, covered, rays)[1]
+    fate[fate == FAR_GROUND] = SKY  # at the very horizon
+    hide_sky(city, rays[1], fate)
+    near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
+    tally, scale = tally_rays(fate, rays[2], near_cover, city.elements), unshaded[facing, None]
+    found.put(facing, FirstLight(scale * tally.sky, scale * tally.element_sky, tally.deviation))
+    return found, fate.size
+
+
+def source_rays(patches, source, chosen, sequence, *, share):
+    """Rays from random points of patches towards a source, as `hemisphere_rays` are made, one for `share` of these.
+
+    Returns
+    -------
+    origins, directions : (c, rays, 3) float32
+    cells : (c, rays) uint8
+        Of CELL_DIVISIONS², in which each ray starts.
+    """
+    keys = mix(patches.key[chosen] ^ source.stream)
+    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
+    numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
+    b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
+    directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
+    return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
 
 
 def stop_at_leaves(ray_scene, patches, rays, places, fate):

@@ -9,9 +9,9 @@ import numpy as np
 from numba import njit
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from .form_factors import REPLICATE_BITS
+from .traced import REPLICATE_BITS
 
-NONE = np.float32(0)
+NONE, ONE = np.float32(0), np.float32(1)
 
 
 @njit(nogil=True, cache=True)
@@ -21,8 +21,8 @@ def merge_row(row, rows, shift, met, weight):
     Parameters
     ----------
     row : int
-    rows : tuple of (c + 1,) int64, (e,) int32 and (e,) int
-        Start, key and count, as of `Rows`.
+    rows : tuple of (c + 1,) int64 and (e,) int32
+        Start and key, as of `Rows`.
     shift : int
         Number of bits to drop.
     met : (m,) int32
@@ -35,13 +35,13 @@ def merge_row(row, rows, shift, met, weight):
     int
         Number of places.
     """
-    start, key, count = rows
-    found, last, rays = -1, -1, np.uint32(0)
+    start, key = rows
+    found, last, rays = -1, -1, NONE
     # Without branches: whether a ray hits the same place as the one before cannot be predicted.
     for entry in range(start[row], start[row + 1]):
         place = key[entry] >> shift
         found += place != last
-        rays = count[entry] + (rays if place == last else np.uint32(0))
+        rays = ONE + (rays if place == last else NONE)
         met[found], weight[found] = place, rays
         last = place
     found += 1
@@ -51,38 +51,29 @@ def merge_row(row, rows, shift, met, weight):
 
 
 @njit(nogil=True, cache=True)
-def room_for_rows(start):
-    """Scratch arrays for the merged places of the longest row."""
-    longest = 0
-    for row in range(len(start) - 1):
-        longest = max(longest, start[row + 1] - start[row])
-    return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
-
-
-@njit(nogil=True, cache=True)
 def add_single(rows, scale, product, factor, light):
     """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them.
 
     Summed in double precision: what is lost in one reflection grows with their number.
     """
-    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    (chosen, start, key), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = 0.0
         for entry in range(start[row], start[row + 1]):
-            total += count[entry] * factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
+            total += factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
         product[chosen[row], 0] = share * total
 
 
 @njit(nogil=True, cache=True)
 def add_starts(rows, scale, product, radiosity):
     """Radiosity of cells, (p · cells,), times the share of rays that hit them, by the cells in which the rays start."""
-    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+    (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
-            total[begun] += share * np.float32(count[entry]) * radiosity[key[entry] >> to_cell]
+            total[begun] += share * radiosity[key[entry] >> to_cell]
 
 
 @njit(nogil=True, cache=True)
@@ -97,7 +88,7 @@ def link_patches(rows, scale, factor):
     weight : (l,) float32
         0 for those that fill up a four.
     """
-    (_, first, key, count), (to_patch, to_cell, share) = rows, scale
+    (_, first, key), (to_patch, to_cell, share) = rows, scale
     start = np.zeros(len(first), np.int64)
     for row in range(len(first) - 1):
         found, last = 0, -1
@@ -112,7 +103,7 @@ def link_patches(rows, scale, factor):
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
             place += met != last
-            total = (total if met == last else NONE) + np.float32(count[entry]) * factor[key[entry] >> to_cell]
+            total = (total if met == last else NONE) + factor[key[entry] >> to_cell]
             patch[place], weight[place] = met, share * total
             last = met
     return start, patch, weight
@@ -146,13 +137,12 @@ def add_patches(chosen, links, product, light, sums):
 @njit(nogil=True, cache=True)
 def add_elements(rows, scale, product, radiosity):
     """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate."""
-    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+    (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            met = np.float32(count[entry]) * radiosity[key[entry] >> to_cell]
-            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += met
+            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += radiosity[key[entry] >> to_cell]
         for replicate in range(HEMISPHERE_REPLICATES):
             total[replicate] *= share
 
@@ -160,16 +150,16 @@ def add_elements(rows, scale, product, radiosity):
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
     """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third that of all."""
-    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+    (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total, whole = product[chosen[row]], NONE
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            rays, met = np.float32(count[entry]), radiosity[key[entry] >> to_cell]
+            met = radiosity[key[entry] >> to_cell]
             replicate = key[entry] & (HEMISPHERE_REPLICATES - 1)
-            total[replicate] += rays * met[0]
-            total[replicate + HEMISPHERE_REPLICATES] += rays * met[1]
-            whole += rays * met[2]
+            total[replicate] += met[0]
+            total[replicate + HEMISPHERE_REPLICATES] += met[1]
+            whole += met[2]
         for column in range(2 * HEMISPHERE_REPLICATES):
             total[column] *= share
         total[2 * HEMISPHERE_REPLICATES] = share * whole
@@ -178,12 +168,12 @@ def add_steps(rows, scale, product, radiosity):
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
     """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays that hit them."""
-    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    (chosen, start, key), (to_patch, to_cell, share) = rows, scale
     total = np.empty(HEMISPHERE_REPLICATES, np.float32)
     for row in range(len(chosen)):
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            weight = share * np.float32(count[entry]) * factor[key[entry] >> to_patch]
+            weight = share * factor[key[entry] >> to_patch]
             met = places[key[entry] >> to_cell]
             for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
@@ -198,20 +188,25 @@ def add_visible(rows, scale, product, patches, suns):
     Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What two places
     need is computed where it is used, which is faster than writing it into arrays of the whole row first.
     """
-    (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
-    (directions, visible), entries = suns, (start, key, count)
+    (chosen, start, key), (to_patch, to_cell, share), (albedo, normal, points) = rows, scale, patches
+    (directions, visible), entries = suns, (start, key)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
     inside = np.int32((1 << bits) - 1)
-    met, weight = room_for_rows(start)
+    longest = 0
+    for row in range(len(start) - 1):
+        longest = max(longest, start[row + 1] - start[row])
+    met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
     for row in range(len(chosen)):
         found = merge_row(row, entries, to_cell, met, weight)
         total = product[chosen[row]]
         total[:] = 0
         for place in range(0, found, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits
-            first, second = visible[patch], visible[other_patch]
-            a, b = np.uint16(1 << (met[place] & inside)), np.uint16(1 << (met[place + 1] & inside))
+            point = np.int64(points[patch, met[place] & inside])
+            other_point = np.int64(points[other_patch, met[place + 1] & inside])
+            first, second = visible[patch, point >> 4], visible[other_patch, other_point >> 4]
+            a, b = np.uint16(1 << (point & 15)), np.uint16(1 << (other_point & 15))
             own_normal, other_normal = normal[patch], normal[other_patch]
             part, other_part = share * albedo[patch] * weight[place], share * albedo[other_patch] * weight[place + 1]
             c, d, e = part * own_normal[0], part * own_normal[1], part * own_normal[2]

@@ -9,7 +9,7 @@ from ..patches.patches import patches_of_scene
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
-from ..transfer.surface_means import area_means, cover_of_surfaces
+from .kept_matrix import area_means, cover_of_surfaces
 
 COVER_STAGE = "finding interior surfaces"
 PATCHES_PER_TASK = 1 << 10
@@ -54,15 +54,11 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool)
     covered[~patches.receives] = True
     rows = np.flatnonzero(wanted & patches.receives)
-    tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
-
-    def find_rows(chosen):
-        return find_covered_cells(ray_scene, patches, chosen)
-
-    done = 0
+    tasks, done = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)], 0
+    found = map_in_order(lambda chosen: find_covered_cells(ray_scene, patches, chosen), tasks, threads)
     if tasks:
         progress(COVER_STAGE, done, len(rows), "patches")
-    for chosen, cells in zip(tasks, map_in_order(find_rows, tasks, threads), strict=True):
+    for chosen, cells in zip(tasks, found, strict=True):
         covered[chosen] = cells
         done += len(chosen)
         progress(COVER_STAGE, done, len(rows), "patches")

@@ -1,160 +1,16 @@
 """Variance of the direct light of patches, estimated from their shadow points."""
 
-import functools
-from typing import NamedTuple
-
 import numpy as np
 
-from ..effects.closed_form import sky_view_of_tilt
-from ..patches.cover_cells import enclosed_cells
-from ..patches.patches import take_patches
 from ..rays.random_numbers import mix
-from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, cell_of_point, cells_inside, grid_of, points_of_grid
-from ..transfer.incidence import projection_in_front
-from .replicates import Deviations
-from .shadow_points import fill_from_nearest, place_points, places_of_points
+from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
+from .light_errors import Deviations, shares_of_cells
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-PLACES, NETS, MOST_POINTS = 16, 16, 256  # of nets laid over covered cells
 WRONG_SIDE = 0.25  # of points along the edge of the covered part, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
-
-
-class SeenSky(NamedTuple):
-    """What patches see of the sky."""
-
-    share: np.ndarray  # (p,) float32, visible share
-    rays: np.ndarray | int  # (p,) int or one for all, by which it was found
-
-
-def variance_of_shadow_points(by_point, covered, patches, suns, sky):
-    """Variance of the mean light of patches.
-
-    It is estimated from differences of neighbouring points. Where part of a patch is covered, the number of points that
-    lie in the open varies as well, and few points cannot tell how much: how even they are depends on whether the edge
-    of the covered part runs along an edge of the patch, as those of many neighbours' roofs and walls do. The variance
-    of their number is that of randomly shifted nets over the covered cells, whose course is known; differences of
-    neighbours then tell that of the light in the open.
-
-    Parameters
-    ----------
-    by_point : (p, m) float32
-        Light at each point, weighted sum over the suns.
-    covered : (p, cells) bool
-        Cells, as a rule more of them than points, that lie inside or under something.
-    patches : Patches
-    suns : SunBlock
-        Those in `by_point`.
-    sky : SeenSky
-
-    Returns
-    -------
-    (p,) float64
-        NaN for a single point.
-    """
-    variance = variance_of_neighbours(by_point)
-    partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
-    if len(partly) and by_point.shape[1] > 1:
-        cells, normal = covered[partly], patches.normal[partly]
-        filled, light = fill_covered(by_point[partly], cells, take_patches(patches, partly))
-        dark = light == 0
-        open_share = 1 - cells[dark].mean(axis=1)
-        share, rays = (np.broadcast_to(part, len(covered))[partly[dark]] for part in sky)
-        visible = share_of_sky(normal[dark], share, rays, open_share)
-        unshaded = projection_in_front(normal[dark], suns.directions) @ suns.weights.astype(float)
-        # Points may all have missed what is lit, by the rule of succession; and suns are hidden as the sky is.
-        light[dark] = unshaded * visible / (1 + by_point.shape[1] * open_share)
-        variance[partly] = variance_of_neighbours(filled) + light**2 * variance_of_cover(cells, by_point.shape[1])
-    return variance
-
-
-def fill_covered(by_point, covered, patches):
-    """Replace dark points in or beside covered cells by the nearest of the other points of their patch.
-
-    Parameters
-    ----------
-    by_point : (k, m) float32
-    covered : (k, cells) bool
-    patches : Patches
-        These k.
-
-    Returns
-    -------
-    filled : (k, m) float32
-    beside : (k,) float64
-        Root mean square of the light that replaces the dark points, which is that beside the covered part; of all
-        points where none was replaced.
-    """
-    places = places_of_points(patches.key, patches.points_before, by_point.shape[1])
-    near_cover = ~enclosed_cells(~covered)
-    cell = cell_of_point(*places, round(np.sqrt(covered.shape[1]))).astype(np.intp)
-    hidden = (by_point == 0) & np.take_along_axis(near_cover, cell, axis=1)
-    filled, beside = by_point.copy(), np.empty(len(by_point))
-    fill_from_nearest(places, hidden, filled, beside)
-    return filled, beside
-
-
-def share_of_sky(normal, sky, rays, open_share):
-    """Visible share of the sky in the open part of patches, by the rule of succession: (k,) float64.
-
-    Parameters
-    ----------
-    normal : (k, 3) float32
-    sky : (k,) float32
-        Share of the rays that reach the sky.
-    rays : (k,) int
-    open_share : (k,) float
-    """
-    unobstructed = sky_view_of_tilt(normal).astype(float) * open_share
-    return np.minimum((sky * rays + 1) / (unobstructed * rays + 1), 1)
-
-
-def variance_of_cover(covered, count):
-    """Variance of the share of the points of a net that lie in the open: (k,) float64.
-
-    Parameters
-    ----------
-    covered : (k, cells) bool
-    count : int
-        Points, a power of two.
-    """
-    used = min(count, MOST_POINTS)
-    found = covered @ points_in_cells(used, covered.shape[1]).reshape(-1, covered.shape[1]).T / used
-    variance = found.reshape(len(covered), PLACES, NETS).var(axis=2, ddof=1).mean(axis=1)
-    return variance * used / count  # of more points than these as of independent ones, a bound
-
-
-@functools.cache
-def points_in_cells(count, cells):
-    """Number of points in each cell, of nets with random digital shifts: (PLACES, NETS, cells) float64.
-
-    All NETS of one place are moved by the same vector of up to half a cell: where in a cell the edge of the covered
-    part runs is not known.
-    """
-    generator, divisions = np.random.default_rng(0), round(np.sqrt(cells))
-    shift = (generator.random((PLACES * NETS, 2)) * (1 << DIGITS)).astype(np.uint32)
-    places = np.empty((2, len(shift), count), np.float32)
-    place_points(shift, (points_of_grid(count), grid_of(count)), places)
-    moved = generator.uniform(-0.5, 0.5, (2, PLACES)) / divisions
-    b1, b2 = np.abs(places + np.repeat(moved, NETS, axis=1)[:, :, None])
-    outside = b1 + b2 > 1
-    b1, b2 = np.where(outside, 1 - b2, b1), np.where(outside, 1 - b1, b2)
-    cell = cell_of_point(np.clip(b1, 0, 1), np.clip(b2, 0, 1), divisions).astype(np.intp)
-    found = np.zeros((len(shift), cells))
-    np.add.at(found, (np.arange(len(shift))[:, None], cell), 1)
-    return found.reshape(PLACES, NETS, cells)
-
-
-def shares_of_cells(covered, cells):
-    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
-    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
-    members = np.zeros((covered.shape[1], cells))
-    members[np.arange(len(inside)), inside] = 1
-    share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))
-    share[partly] = covered[partly] @ (members / np.maximum(members.sum(axis=0), 1))
-    return share
 
 
 def variance_of_neighbours(by_point):
@@ -191,6 +47,56 @@ def variance_of_neighbours(by_point):
     # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the contrast's noise as well.
     sloping = 4 * (across + along - contrast / 2).sum(axis=(1, 2)) / 12
     return (EVENNESS * uneven + (1 - EVENNESS) * np.clip(sloping, 0, uneven)) / count**2
+
+
+def variance_of_points(nets, covered, unshaded):
+    """Variance of the mean annual light of patches at all their shadow points.
+
+    Parameters
+    ----------
+    nets : list of (p, m) float32
+        Light at the points of each net, in the order of `points_of_grid`.
+    covered : (p,) float
+        Covered share.
+    unshaded : (p,) float
+        Light of a point in the open that nothing shades.
+
+    Returns
+    -------
+    (p,) float64
+        NaN for a single point.
+    """
+    count = sum(light.shape[1] for light in nets)
+    variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
+    partly = np.flatnonzero((covered > 0) & (covered < 1))
+    by_point = np.concatenate([light[partly] for light in nets], axis=1)
+    least = variance_of_cover(by_point, covered[partly], unshaded[partly])
+    variance[partly] = np.maximum(variance[partly], least)
+    return variance
+
+
+def variance_of_cover(by_point, covered, unshaded):
+    """Variance of the mean light of patches by the number of points that happen to lie in the open.
+
+    Where part of a patch is covered, few points may all lie on one side of the edge of that part, and agree. A straight
+    edge crosses about √m of m strata, in each of which a point lies on either side at random.
+
+    Parameters
+    ----------
+    by_point : (p, m) float32
+    covered : (p,) float
+        Covered share.
+    unshaded : (p,) float
+        Light of a point in the open that nothing shades.
+
+    Returns
+    -------
+    (p,) float64
+    """
+    count, lit = by_point.shape[1], (by_point > 0).sum(axis=1)
+    light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
+    light = np.where(lit > 0, light, unshaded / (1 + count * (1 - covered)))  # by the rule of succession
+    return EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
 
 
 def spread_of_elements(by_point, representative_points, covered):

@@ -11,11 +11,11 @@ from ..settings.errors import InputError
 from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from ..sun.suns import check_suns
-from ..transfer.prepare_scene import prepare_scene
-from ..transfer.take_rows import take_rows
+from .prepare_scene import prepare_scene
 from .shadow_points import points_above
 from .sun_blocks import block_of_suns
-from .sun_visibility import sun_visibility
+from .sun_visibility import SunWatch, sun_visibility
+from .transfer import take_rows
 
 PATCHES = 500
 FEWEST = 0.08  # of them of a kind and orientation
@@ -64,19 +64,21 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     found = []
     for suns in ways:
         if len(few):
-            progress(f"error check, {suns.sampling}", 0, 1, "rays")
-        light = sun_visibility(
+            progress(f"error check, {suns.way}", 0, 1, "rays")
+        watch = SunWatch(
             ray_scene,
             few,
             few.receives,
             np.zeros(len(few), bool),
             np.zeros((len(few), 1), bool),
-            point_count=points_above(request.shadow_samples),
-            suns=block_of_suns(suns, slice(None)),
-            behind=False,
+            points_above(request.shadow_samples),
             threads=usable_threads(request.threads),
-            progress=lambda share, rays, way=suns.sampling: progress(f"error check, {way}", rays, rays / share, "rays"),
         )
+
+        def report(share, rays, way=suns.way):
+            progress(f"error check, {way}", rays, rays / share, "rays")
+
+        light = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         found.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
     return found
 

@@ -19,7 +19,9 @@ from ..rays.sample_points import (
     sobol_digits,
     sobol_points,
 )
+from ..settings.threads import map_in_order
 
+PATCHES_PER_TASK = 1 << 12
 MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
 
@@ -27,21 +29,7 @@ class KnownPoints(NamedTuple):
     """What is known of the points of p patches: the same for all suns."""
 
     open_points: np.ndarray  # (p, m) bool, False where the point lies deep inside something
-    representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell of `count_elements`
-
-    def take(self, chosen):
-        """That of some patches, (c,) int."""
-        return KnownPoints(*(part[chosen] for part in self))
-
-    def put(self, chosen, points):
-        """Write that of some patches, as `shadow_points` returned it."""
-        self.open_points[chosen], self.representative_points[chosen] = points[1:]
-
-
-def unknown_points(count, point_count):
-    """KnownPoints of `count` patches to which nothing was written yet."""
-    representative_points = np.zeros((count, count_elements(point_count)), np.min_scalar_type(point_count - 1))
-    return KnownPoints(np.ones((count, point_count), bool), representative_points)
+    representative_points: np.ndarray  # (p, elements) uint, the point that stands for each element of `count_elements`
 
 
 def points_above(count):
@@ -66,49 +54,58 @@ def split_net(point_count, parts):
     return np.sort(np.array(order).reshape(parts, -1), axis=1)
 
 
-class ShadowPoints(NamedTuple):
-    """Points of c patches, m each, from which shadow rays start."""
-
-    position: np.ndarray  # (c, m, 3) float32 [m]
-    open_points: np.ndarray  # (c, m) bool, False where the point lies deep inside something
-    representative_points: np.ndarray  # (c, cells) uint, which stands for each of the cells of `count_elements`
-
-
-def shadow_points(patches, chosen, covered, point_count, known=None):
-    """Evenly distributed points on some patches.
+def shadow_points(patches, chosen, point_count):
+    """Evenly distributed points on some patches: (c, point_count, 3) float32 [m].
 
     They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
     within all bands parallel to its edges, along which shadows often run.
-
-    Parameters
-    ----------
-    covered : (c, cells) bool
-        Cells of these patches that lie inside or under something.
-    known : KnownPoints, optional
-        Of these patches.
-
-    Returns
-    -------
-    ShadowPoints
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     position = np.empty((len(chosen), point_count, 3), np.float32)
     places = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)
     lay_points(places, start, patches.edges[chosen], position)
-    if known is not None:
-        return ShadowPoints(position, *known)
-    dark, in_covered = np.zeros((2, len(chosen), point_count), bool)
-    partly = np.flatnonzero(covered.any(axis=1))
-    cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)
-    for states, cells in ((dark, enclosed_cells(covered[partly])), (in_covered, covered[partly])):
-        states[partly] = np.take_along_axis(cells, cell, axis=1)
-    elements = count_elements(point_count)
-    representative_points = np.empty((len(chosen), elements), np.min_scalar_type(point_count - 1))
-    middles = cell_corners(round(np.sqrt(representative_points.shape[1]))).mean(axis=1)
-    all_covered = np.zeros(representative_points.shape, bool)
-    all_covered[partly] = find_covered_elements(covered[partly], len(middles))
-    choose_representatives(places, (in_covered, all_covered), middles, representative_points)
-    return ShadowPoints(position, ~dark, representative_points)
+    return position
+
+
+def find_points(patches, covered, point_count, wanted, threads=1):
+    """Which points of patches lie in the open, and which of them stand for which element.
+
+    Parameters
+    ----------
+    patches : Patches
+    covered : (p, cells) bool
+        Cells that lie inside or under something.
+    point_count : int
+    wanted : (p,) bool
+        Patches that look at suns.
+    threads : int
+
+    Returns
+    -------
+    KnownPoints
+    """
+    count, elements = len(patches), count_elements(point_count)
+    is_open = np.ones((count, point_count), bool)
+    representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
+    middles = cell_corners(round(np.sqrt(elements))).mean(axis=1)
+
+    def find(rows):
+        places = places_of_points(patches.key[rows], patches.points_before[rows], point_count)
+        in_covered, all_covered = np.zeros((len(rows), point_count), bool), np.zeros((len(rows), elements), bool)
+        partly = np.flatnonzero(covered[rows].any(axis=1))
+        cells = covered[rows[partly]]
+        cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)
+        in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
+        is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
+        all_covered[partly] = find_covered_elements(cells, elements)
+        chosen = np.empty((len(rows), elements), representative_points.dtype)
+        choose_representatives(places, (in_covered, all_covered), middles, chosen)
+        representative_points[rows] = chosen
+
+    rows = np.flatnonzero(wanted)
+    for _ in map_in_order(find, np.split(rows, range(PATCHES_PER_TASK, len(rows), PATCHES_PER_TASK)), threads):
+        pass
+    return KnownPoints(is_open, representative_points)
 
 
 def places_of_points(keys, before, point_count):
@@ -207,34 +204,3 @@ def choose_representatives(places, excluded, middles, representative_points):
                 if away < nearest and (all_covered[patch, cell] or not in_covered[patch, point]):
                     nearest, chosen = away, point
             representative_points[patch, cell] = chosen
-
-
-@njit(nogil=True, cache=True)
-def fill_from_nearest(places, hidden, filled, beside):
-    """Write to hidden points the light of the nearest other point of their patch.
-
-    Parameters
-    ----------
-    places : (2, k, m) float32
-    hidden : (k, m) bool
-    filled : (k, m) float32
-        Light of the points. Overwritten.
-    beside : (k,) float64
-        Written: root mean square of what hidden points got, of all points where none is hidden.
-    """
-    for patch in range(len(hidden)):
-        taken, square, whole = 0, 0.0, 0.0
-        for point in range(hidden.shape[1]):
-            whole += filled[patch, point] ** 2
-            if not hidden[patch, point]:
-                continue
-            least, found = np.inf, np.float32(0)
-            for other in range(hidden.shape[1]):
-                x = places[0, patch, other] - places[0, patch, point]
-                y = places[1, patch, other] - places[1, patch, point]
-                away = x * x + x * y + y * y  # squared, on a triangle of equal sides
-                if not hidden[patch, other] and away < least:
-                    least, found = away, filled[patch, other]
-            taken, square = taken + 1, square + found**2
-            filled[patch, point] = found
-        beside[patch] = np.sqrt(square / taken if taken else whole / hidden.shape[1])

@@ -55,14 +55,12 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
     """
     weight, arrived = sums
     if light.shape[1] == 1:
-        product = run_rows(
-            form_factors, empty_product(form_factors, 1), threads, add_single, factor.ravel(), light[:, 0]
-        )
+        product = run_rows(form_factors, 1, threads, add_single, factor.ravel(), light[:, 0])
         np.multiply(product[:, 0], weight[0], out=arrived)
         return product if total is None else np.add(total, product, out=total)
     arrived[:] = 0
     fresh = total is None
-    product = total if total is not None else empty_product(form_factors, light.shape[1]) if out is None else out
+    product = total if total is not None else np.empty_like(light) if out is None else out
     if fresh:
         clear_unsent(form_factors, product)
     links = links_of(form_factors, factor, threads)
@@ -104,9 +102,10 @@ def multiply_elements(form_factors, factor, light, threads=1):
     (p, HEMISPHERE_REPLICATES) float32
         Replicates separately.
     """
-    product = empty_product(form_factors, HEMISPHERE_REPLICATES)
     radiosity = radiosity_of_cells(form_factors, factor, light)
-    return run_rows(form_factors, product, threads, add_elements, radiosity) * np.float32(HEMISPHERE_REPLICATES)
+    return run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity) * np.float32(
+        HEMISPHERE_REPLICATES
+    )
 
 
 def multiply_steps(form_factors, factor, light, threads=1):
@@ -125,9 +124,8 @@ def multiply_steps(form_factors, factor, light, threads=1):
     (p, 2) float32
         That of the second and of the third, the mean over the replicates.
     """
-    product = empty_product(form_factors, 2 * HEMISPHERE_REPLICATES + 1)
     light *= factor[:, None, None]
-    run_rows(form_factors, product, threads, add_steps, light.reshape(-1, 3))
+    product = run_rows(form_factors, 2 * HEMISPHERE_REPLICATES + 1, threads, add_steps, light.reshape(-1, 3))
     first, second, third = np.split(product, [HEMISPHERE_REPLICATES, 2 * HEMISPHERE_REPLICATES], axis=1)
     both = np.concatenate([second.sum(axis=1, keepdims=True), third], axis=1)
     return *(part * np.float32(HEMISPHERE_REPLICATES) for part in (first, second)), both
@@ -146,8 +144,9 @@ def multiply_starts(form_factors, factor, light, threads=1):
     (p, starts) float32
         Their sum is the light of the patch.
     """
-    product = empty_product(form_factors, form_factors.starts)
-    return run_rows(form_factors, product, threads, add_starts, radiosity_of_cells(form_factors, factor, light))
+    return run_rows(
+        form_factors, form_factors.starts, threads, add_starts, radiosity_of_cells(form_factors, factor, light)
+    )
 
 
 def radiosity_of_cells(form_factors, factor, light):
@@ -155,15 +154,15 @@ def radiosity_of_cells(form_factors, factor, light):
     return np.broadcast_to(factor[:, None] * light, (len(factor), form_factors.cells)).ravel()
 
 
-def multiply_visible(form_factors, albedo, normal, suns, threads=1):
-    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its representative point.
+def multiply_visible(form_factors, patches, suns, threads=1):
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of an element is that of the point for it.
 
     Parameters
     ----------
-    albedo : (p,) float32
-    normal : (p, 3) float32
-    suns : tuple of (s, 3) float32 and (p, s) uint16
-        Directions; and bit c set where the sun is visible from the point of cell c, so none for a sun behind the patch.
+    patches : tuple of (p,) float32, (p, 3) float32 and (p, elements) uint
+        Albedo, normal, and the point that stands for each element.
+    suns : tuple of (s, 3) float32 and (p, words, s) uint16
+        Directions; and bit k of word w set where the sun is visible from point 16 w + k, so none for a sun behind.
     threads : int
 
     Returns
@@ -171,9 +170,8 @@ def multiply_visible(form_factors, albedo, normal, suns, threads=1):
     (p, s) float32
     """
     directions, visible = suns
-    product = empty_product(form_factors, visible.shape[1])
     suns = np.ascontiguousarray(directions.T), visible
-    return run_rows(form_factors, product, threads, add_visible, (albedo, normal), suns)
+    return run_rows(form_factors, visible.shape[2], threads, add_visible, patches, suns)
 
 
 def multiply_columns(form_factors, factor, light, threads=1):
@@ -188,18 +186,13 @@ def multiply_columns(form_factors, factor, light, threads=1):
     -------
     (p, HEMISPHERE_REPLICATES) float32
     """
-    product = empty_product(form_factors, HEMISPHERE_REPLICATES)
     places = light.reshape(-1, HEMISPHERE_REPLICATES)
-    return run_rows(form_factors, product, threads, add_columns, factor, places)
+    return run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_columns, factor, places)
 
 
-def empty_product(form_factors, columns):
-    """Uninitialised array for a product: (p, columns) float32."""
-    return np.empty((form_factors.count, columns), np.float32)
-
-
-def run_rows(form_factors, product, threads, loop, *arrays):
-    """Run a loop over all rows and return `product`, (p, columns) float32, overwritten."""
+def run_rows(form_factors, columns, threads, loop, *arrays):
+    """Run a loop over all rows: its product, (p, columns) float32."""
+    product = np.empty((form_factors.count, columns), np.float32)
     clear_unsent(form_factors, product)
 
     def work(rows):
@@ -222,5 +215,5 @@ def loop_inputs(form_factors, rows):
     """`rows` and `scale` of the compiled loops."""
     to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
     to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
-    share = np.float32(1 / (HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)))
-    return (rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share)
+    share = np.float32(1 / (HEMISPHERE_REPLICATES * rows.rays))
+    return (rows.chosen, rows.start, rows.key), (to_patch, to_cell, share)

@@ -3,18 +3,15 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from ..city.scene import Scene, add_backs, check_scene
 from ..effects.plan_effects import EffectPlan, plan_effects
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
-from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
-from ..sun.sky_models import RAYS_SHARE
+from ..settings.threads import usable_threads
 from ..sun.suns import Suns
-from .patch_light import Round
+from .transfer import Round
 
 
 @dataclass
@@ -24,22 +21,25 @@ class PreparedScene:
     scene: Scene  # with the backs of sheets
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
     patches: Patches
-    plan: TracePlan
+    plan: EffectPlan
     suns: Suns | None = None  # if they were chosen already
     round: Round | None = None  # if further ones are to be merged with it
+    bounces: int | None = None  # number of reflections, where a round before found it
     bare: bool = False  # whether deciduous trees are traced without leaves
 
     @cached_property
     def canopy(self):
         """What attenuates rays: Canopy, or None without trees."""
-        return self.plan.foliage and self.plan.foliage.canopy(self.bare)
+        trees = self.plan["trees"]
+        return trees.setting.canopy(self.bare) if trees.on else None
 
     def canopy_of_seasons(self):
         """The same for an estimator that sends the same rays in both states, in leaf first: Canopy or None."""
-        return self.plan.foliage and self.plan.foliage.canopy(self.bare, both=True)
+        trees = self.plan["trees"]
+        return trees.setting.canopy(self.bare, both=True) if trees.on else None
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):
+def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None, progress=silent):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -49,6 +49,8 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
     weather : Weather, optional
     suns : Suns, optional
         Where they are known already, for effects that depend on them.
+    measure : bool
+        As of `plan_effects`.
     materials : list, optional
         As of `PreparedScene`, where they are known already.
     progress : callable, optional
@@ -67,7 +69,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    known = {"materials": materials, "weather": weather, "suns": suns}
+    known = {"materials": materials, "weather": weather, "suns": suns, "measure": measure}
     plan = plan_effects(scene, patches, request, **known, progress=progress)
     return PreparedScene(scene, materials, patches, plan, suns)
 
@@ -84,46 +86,3 @@ def reseed(prepared, seed):
     """The same with the random numbers of another seed: PreparedScene."""
     (keys,) = keys_of_triangles(prepared.scene, seed)
     return replace(prepared, patches=replace(prepared.patches, key=keys))
-
-
-def continue_sampling(prepared, request, before, part, seed):
-    """The same for a further round.
-
-    Patches that send all rays go on in their sequences of points; the others, and those of surfaces that the round is
-    not for, only pass light on, with other random numbers in every round.
-
-    Parameters
-    ----------
-    prepared : PreparedScene
-        Of the first round.
-    request : Request
-        Of the first round.
-    before : int
-        Samples of all rounds before, in units of those of the first: a multiple of the size of this one.
-    part : Round
-    seed : int
-        Of the numbers that do not go on.
-
-    Returns
-    -------
-    PreparedScene
-    """
-    scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    full = patches.receives if plan.receivers is None else plan.receivers
-    if part.counted is not None:
-        full = full & np.append(part.counted, True)[scene.triangle_surface]
-        plan = replace(plan, receivers=full)
-    rays, points = units_of_rounds(request)
-    patches = replace(
-        patches,
-        key=np.where(full, patches.key, *keys_of_triangles(scene, seed)),
-        rays_before=np.where(full, before * rays, 0).astype(np.uint32),
-        points_before=np.where(full, before * points, 0).astype(np.uint32),
-    )
-    return replace(prepared, patches=patches, plan=plan, round=part)
-
-
-def units_of_rounds(request):
-    """Points of their sequences that replicates of rays and shadow points are given by a round of size 1: two int."""
-    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
-    return tuple(1 << (count - 1).bit_length() for count in (rays, request.shadow_samples))

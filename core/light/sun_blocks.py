@@ -14,6 +14,7 @@ BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a t
 # blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s of processor time in blocks of 49, of 74 and of all suns.
 SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
+FIRST_SUNS = 24  # two days
 BLOCKS = 12  # of runs with enough suns
 
 
@@ -55,6 +56,15 @@ def cut_into_blocks(suns, patch_count):
     return blocks
 
 
+def first_days(suns):
+    """Number of suns of the first days, whole ones, which stand for the year: they tell how often light is reflected.
+
+    It depends on nothing else.
+    """
+    ends = end_of_days(suns)
+    return int(ends[ends <= FIRST_SUNS].max(initial=0)) or min(FIRST_SUNS, len(suns))
+
+
 def count_kept(suns, blocks):
     """Number of usable suns if only these blocks were traced: the end of one of the blocks, or 0."""
     useful = np.intersect1d([block.stop for block in blocks], end_of_days(suns))
@@ -76,14 +86,14 @@ class SunProgress:
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
-        self.rays_before = self.rays = 0
+        self.rays_before = self.rays = self.furthest = 0
         self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
         """Start a block of suns, given as a slice."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.rays_done = self.started
-        if block.start == 0:
+        if block.start == 0 and not self.rays:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def report_rays(self, share, rays):
@@ -104,7 +114,8 @@ class SunProgress:
         self._report(1.0)
 
     def _report(self, share):
-        suns = self.block.start + share * (self.block.stop - self.block.start)
+        # Blocks that tell the number of reflections are looked at first and reflected afterwards.
+        suns = self.furthest = max(self.furthest, self.block.start + share * (self.block.stop - self.block.start))
         if self.rays:
             self.progress(
                 SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"

@@ -1,0 +1,165 @@
+"""Matrices of surfaces × suns, in memory if small, else memory-mapped files; and means of patches over surfaces."""
+
+import os
+import tempfile
+import weakref
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+
+from ..settings.threads import map_in_order
+
+LIMIT = 1 << 28  # bytes: largest matrix kept in memory
+ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
+ROWS_PER_TASK = 1 << 13
+COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
+TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
+
+
+def keep_matrix(shape, folder=None):
+    """A matrix of zeros that is filled by columns and read by rows.
+
+    A large one is a memory-mapped file, stored sun by sun: columns are written, and rows of neighbouring surfaces read,
+    without touching the rest. The file is deleted with the last view of it, at the latest at the end of the process.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of surfaces and of suns.
+    folder : path-like, optional
+        Folder for the file of a large one; by default the system's temporary folder.
+
+    Returns
+    -------
+    numpy.ndarray or numpy.memmap, float32
+
+    Raises
+    ------
+    OSError
+        The disk is full.
+    """
+    count = 4 * shape[0] * shape[1]
+    if count <= LIMIT:
+        return np.zeros(shape, np.float32)
+    handle, path = tempfile.mkstemp(prefix=".citypv-", suffix=".matrix", dir=folder)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            reserve_room(file, count)
+        matrix = np.memmap(path, np.float32, "r+", shape=shape[::-1])
+    except BaseException:
+        Path(path).unlink()
+        raise
+    if os.name == "nt":
+        weakref.finalize(matrix._mmap, Path(path).unlink, missing_ok=True)  # Windows cannot delete open files
+    else:
+        Path(path).unlink()
+    return matrix.T
+
+
+def reserve_room(file, count):
+    """Preallocate so many bytes of a file, so that a full disk raises an error now and not a signal later."""
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(file.fileno(), 0, count)
+        return
+    zeros = bytes(ZEROS)
+    for start in range(0, count, ZEROS):
+        file.write(zeros[: count - start])
+
+
+def is_on_disk(matrix):
+    """Whether a matrix is memory-mapped."""
+    return isinstance(matrix, np.memmap)
+
+
+def row_blocks(matrix):
+    """A matrix in blocks of rows that fit into memory.
+
+    Yields
+    ------
+    rows : slice
+    values : (n, s) float32
+    """
+    step = max(1, LIMIT // 16 // max(4 * matrix.shape[1], 1))
+    for first in range(0, len(matrix), step):
+        rows = slice(first, min(first + step, len(matrix)))
+        yield rows, np.ascontiguousarray(matrix[rows])
+
+
+def keep_columns(matrix, count):
+    """The first columns of a matrix of `keep_matrix`, in memory if these are small enough."""
+    kept = matrix[:, :count]
+    return np.array(kept) if is_on_disk(matrix) and kept.nbytes <= LIMIT else kept
+
+
+def area_means(triangle_surface, area, count):
+    """Matrix that averages patches over their surface: (count, p) sparse float64; 0 for patches without area."""
+    own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
+    surface = triangle_surface[own]
+    whole = np.bincount(surface, weights=area[own], minlength=count)
+    return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
+
+
+def cover_of_surfaces(patch_to_surface, covered_share):
+    """Covered share of surfaces, to 1/COVER_STEPS.
+
+    Parameters
+    ----------
+    patch_to_surface : (n, p) sparse float64
+        Of `area_means`.
+    covered_share : (p,) float
+        Of patches.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - TIE) / COVER_STEPS
+
+
+def average_surfaces(patch_to_surface, values, threads, out=None):
+    """Means over surfaces, in float32.
+
+    Parameters
+    ----------
+    patch_to_surface : (n, p) sparse float64
+        Of `area_means`.
+    values : (p, s) float32
+    threads : int
+    out : (n, s) float32, optional
+        Array to write to.
+
+    Returns
+    -------
+    (n, s) float32
+    """
+    means = np.empty((patch_to_surface.shape[0], values.shape[1]), np.float32) if out is None else out
+
+    def average(first):
+        last = min(first + ROWS_PER_TASK, len(means))
+        add_rows(
+            patch_to_surface.indptr[first : last + 1],
+            patch_to_surface.indices,
+            patch_to_surface.data,
+            values,
+            means[first:last],
+        )
+
+    for _ in map_in_order(average, range(0, len(means), ROWS_PER_TASK), threads):
+        pass
+    return means
+
+
+@njit(nogil=True, cache=True)
+def add_rows(start, patches, weights, values, means):
+    """Weighted sums of the rows of `values`, (p, c), by a matrix in CSR form, added in float64 into `means`, (n, c)."""
+    total = np.empty(values.shape[1])
+    for row in range(len(means)):
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            source, weight = values[patches[entry]], weights[entry]
+            for column in range(len(total)):
+                total[column] += weight * source[column]
+        for column in range(len(total)):
+            means[row, column] = total[column]

@@ -1,0 +1,232 @@
+"""Errors of surfaces' light: own noise, noise of the light that others re-emit, and discretisation.
+
+Own noise          the hemisphere rays of a patch are four independent replicates; noise of patches averages out
+Transported        every patch that sees an element shares the error of its first light, and so do all patches of a
+                   surface: deviations of four replicates of it are followed through F like light
+Discretisation     first light is re-emitted by elements, 16 per patch. Re-emitted from elements of twice that length,
+                   or evenly from whole patches, it arrives elsewhere:
+
+    whole patches  ── first step ──►  4 elements  ── second step ──►  16 elements  ── remainder ──►  exact
+
+Where light varies smoothly, each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
+narrow gap, half of it. So the remainder follows from the two steps: one third of the second step, up to all of it.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside
+from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
+from .solve_radiosity import exchange_of, variance_of_replicates
+from .transfer import Uneven
+
+LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
+SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
+SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
+
+
+class Deviations(NamedTuple):
+    """Deviations of each replicate's first light from the mean of all."""
+
+    values: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16
+    unit: np.float32  # of `values`; or (p,) float32, of those of each patch
+
+
+def propagate_deviations(context, traced, first, arrived):
+    """Deviations of replicates of the light that patches receive from others.
+
+    Linear in the deviations: the mean over the rays of one patch is combined with each replicate of others' light.
+
+    Parameters
+    ----------
+    context : GatherContext
+    traced : Traced
+    first : Deviations
+    arrived : (p, HEMISPHERE_REPLICATES) float32
+        What patches receive from others, by the rays of each replicate. Overwritten.
+
+    Returns
+    -------
+    (p, HEMISPHERE_REPLICATES) float32
+    """
+    exchange, albedo = exchange_of(context, traced), context.patches.albedo
+    total = multiply_columns(traced.form_factors, albedo * first.unit, first.values, context.threads)
+    arrived -= arrived.mean(axis=1, keepdims=True)
+    arrived += total
+    for _ in range(count_bounces(float(albedo.max(initial=0)), context.bounces) - 1):
+        arrived = exchange.reflect(arrived)
+        total += arrived
+    return total
+
+
+def count_bounces(albedo, max_bounces):
+    """Number of reflections that carry more than LEAST_SHARE of a deviation at the brightest albedo, at least one."""
+    return next((n for n in range(1, max_bounces) if albedo ** (n + 1) < LEAST_SHARE), max(max_bounces, 1))
+
+
+class Steps(NamedTuple):
+    """What p patches would receive more at first bounce."""
+
+    received: np.ndarray  # (p, 2) float32, from cells of twice the length; and from whole patches, over that
+    variance: np.ndarray  # (p,) float64, of the former, by the rays of the patch itself
+
+
+def reflect_elements(context, traced, first):
+    """First bounce, and how much more light it would bring from cells of twice the length, and from whole patches.
+
+    Parameters
+    ----------
+    context : GatherContext
+    traced : Traced
+    first : (p, cells) float32
+        Light of the cells before reflections.
+
+    Returns
+    -------
+    first_bounce : (p, HEMISPHERE_REPLICATES) float32
+    steps : Steps
+        With four cells per patch there is no second step, so the first one is taken for both; with one cell both are 0.
+    """
+    form_factors, albedo, threads = traced.form_factors, context.patches.albedo, context.threads
+    count, cells = first.shape
+    if cells == 1:
+        none = Steps(np.zeros((count, 2), np.float32), np.zeros(count))
+        return multiply_elements(form_factors, albedo, first, threads), none
+    open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
+    whole = average_groups(first, open_share, np.zeros(cells, int))
+    halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
+    steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
+    light = np.stack([first, *steps], axis=2)
+    first_bounce, by_replicate, received = multiply_steps(form_factors, albedo, light, threads)
+    return first_bounce, Steps(received, variance_of_replicates(by_replicate))
+
+
+def shares_of_cells(covered, cells):
+    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
+    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
+    members = np.zeros((covered.shape[1], cells))
+    members[np.arange(len(inside)), inside] = 1
+    share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))
+    share[partly] = covered[partly] @ (members / np.maximum(members.sum(axis=0), 1))
+    return share
+
+
+def average_groups(light, open_share, groups):
+    """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells) float32."""
+    found = np.empty_like(light)
+    for group in range(groups.max() + 1):
+        members = groups == group
+        weight = open_share[:, members]
+        mean = (light[:, members] * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), np.float32(1e-6))
+        found[:, members] = mean[:, None]
+    return found
+
+
+def remaining_error(steps, variance):
+    """Error remaining after the last step, signed: positive where the estimate is too high.
+
+    Parameters
+    ----------
+    steps : (n, 2) float
+        Second and first step of surfaces.
+    variance : (n,) float
+        Of noise in them. It is subtracted from the square of the error. Steps that are lost in noise say nothing on how
+        fast they decrease; light is then assumed to be smooth.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    second, first = steps.T
+    squared = first**2 + variance
+    ratio = np.divide(second * first + SMOOTH * variance, squared, out=np.full(len(steps), SMOOTH), where=squared > 0)
+    ratio = np.clip(ratio, SMOOTH, ABRUPT)
+    return np.sign(second) * np.sqrt(np.maximum(second**2 - variance, 0)) * ratio / (1 - ratio)
+
+
+def estimate_discretisation_error(context, steps, reflected):
+    """Gain in reflected light of all eligible surfaces if each patch re-emitted its first light evenly.
+
+    Parameters
+    ----------
+    steps : Steps
+    reflected : (p, HEMISPHERE_REPLICATES) float32
+        All reflected light.
+
+    Returns
+    -------
+    float
+        As a share of their reflected light.
+    """
+    weight = context.eligible_area @ context.patch_to_surface  # of the patches
+    whole = float(weight @ reflected.mean(axis=1))
+    return float(weight @ steps.received.sum(axis=1)) / whole if whole > 0 else 0.0
+
+
+@dataclass
+class LightError:
+    """Error of the light of n surfaces, in three parts that combine over surfaces in different ways."""
+
+    own: np.ndarray  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
+    transported: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
+    discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
+    uneven: Uneven | None = None  # what `discretisation` is told from
+
+    @property
+    def standard_error(self):
+        """Standard error from all three parts: (n,) float64."""
+        return np.sqrt(self.own + variance_of_replicates(self.transported) + self.discretisation**2)
+
+    def scaled(self, factor):
+        """Error of the light times a factor."""
+        return LightError(factor**2 * self.own, factor * self.transported, factor * self.discretisation, self.uneven)
+
+
+class ReflectedError(NamedTuple):
+    """What the errors of reflected light are estimated from."""
+
+    light: np.ndarray  # (n,) all light of the surfaces
+    deviations: np.ndarray  # (p, HEMISPHERE_REPLICATES), of `propagate_deviations`
+    steps: Steps  # of `reflect_elements`
+
+
+def errors_of_surfaces(patch_to_surface, variance, reflections=None):
+    """Errors of surfaces from those of their patches.
+
+    Parameters
+    ----------
+    patch_to_surface : (n, p) sparse
+        Averages patches over their surface.
+    variance : (p,) float
+        From rays and points of each patch itself.
+    reflections : ReflectedError, optional
+        None if nothing reflects.
+
+    Returns
+    -------
+    LightError
+    """
+    own = patch_to_surface.power(2) @ variance
+    if reflections is None:
+        none = np.zeros((patch_to_surface.shape[0], HEMISPHERE_REPLICATES))
+        return LightError(own, none, none[:, 0])
+    transported = patch_to_surface @ reflections.deviations.astype(float)
+    steps = reflections.steps
+    received = patch_to_surface @ steps.received.astype(float)
+    uneven = Uneven(received, patch_to_surface.power(2) @ steps.variance, np.asarray(reflections.light))
+    return LightError(own, transported, patch_size_error(uneven, transported), uneven)
+
+
+def patch_size_error(uneven, transported):
+    """Discretisation error of surfaces, signed, 0 where small: (n,) float64.
+
+    Parameters
+    ----------
+    uneven : Uneven
+    transported : (n, HEMISPHERE_REPLICATES) float64
+        The light of cells contains noise, and so do the steps, of the rays that look at it as well.
+    """
+    left = remaining_error(uneven.received, variance_of_replicates(transported) + uneven.variance)
+    return np.where(np.abs(left) > SMALL_SHARE * uneven.light, left, 0)

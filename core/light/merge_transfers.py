@@ -1,0 +1,206 @@
+"""Merge independent Transfers of one scene: values are averaged, and errors become those of the mean.
+
+Each Transfer is a *round*: a complete trace with random numbers of its own (`seed_of_round`). With K equal rounds
+
+    variance of own noise          mean of the rounds' / K, and so is the covariance
+    light passed on by others      the replicates of all rounds side by side: K times as many, of smaller deviations
+    discretisation error           the mean: it is the same in every round
+"""
+
+from dataclasses import replace
+from functools import partial, reduce
+
+import numpy as np
+
+from ..rays.random_numbers import mix_seed
+from ..settings.errors import InputError
+from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance_of_mean
+
+MEANS = ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative")
+MATRICES = ("visible_share", "direct_reflected")
+MOST_REPLICATES = 64  # kept side by side; deviations of further rounds are added to these
+ROWS = 1 << 14
+SUMS = (
+    "hemisphere_rays",
+    "source_rays",
+    "shadow_rays",
+    "rays",
+    "photons",
+    "photons_per_source",
+    "embree_thread_seconds",
+    "seconds",
+    "processor_seconds",
+    "degrees_of_freedom",
+)
+SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisation_error")
+
+
+def seed_of_round(seed, index):
+    """Seed of a round: the run's own for the first, so that a single round is an ordinary run."""
+    return seed if index == 0 else mix_seed(seed, index)
+
+
+def merge_transfers(transfers):
+    """Mean of independent Transfers of the same scene and suns, weighted by their rounds.
+
+    Parameters
+    ----------
+    transfers : sequence of Transfer
+        Traced with the same settings and different seeds.
+
+    Returns
+    -------
+    Transfer
+
+    Raises
+    ------
+    InputError
+        They are of different scenes or suns.
+    """
+    first, *others = transfers
+    return reduce(add_round, others, own_matrices(first)) if others else first
+
+
+def own_matrices(transfer):
+    """The same with matrices of surfaces × suns that may be overwritten: Transfer."""
+    copies = {name: np.array(getattr(transfer, name)) for name in MATRICES}
+    return replace(transfer, **copies, bare=transfer.bare and own_matrices(transfer.bare))
+
+
+def add_round(total, other):
+    """Merge one Transfer into another, whose matrices of surfaces × suns are overwritten.
+
+    Parameters, result and errors as of `merge_transfers`.
+    """
+    check_same(total, other)
+    counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
+    weight = counts[1] / sum(counts)
+    parts = merge_parts(total.error_parts, other.error_parts, weight, counts[0])
+    left = (None, None, None, None) if parts is None else (
+        parts.diffuse_passed_on, parts.diffuse_discretisation, parts.direct_passed_on, parts.direct_discretisation
+    )  # fmt: skip
+    own = [blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)]
+    return replace(
+        total,
+        **merge_light(total, other, weight),
+        diffuse_relative_standard_error=whole_error(own[0], *left[:2]),
+        direct_annual_standard_error=whole_error(own[1], *left[2:]),
+        error_parts=parts,
+        bare=total.bare and add_round(total.bare, other.bare),
+        record=merge_records(total.record, other.record, weight),
+    )
+
+
+def check_same(one, other):
+    """Refuse Transfers of different scenes or suns.
+
+    Raises
+    ------
+    InputError
+    """
+    same = one.surfaces.surface_id == other.surfaces.surface_id and np.array_equal(
+        one.suns.direction, other.suns.direction
+    )
+    if not same or (one.error_parts is None) != (other.error_parts is None):
+        raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
+
+
+def merge_light(total, other, weight):
+    """Light of two Transfers, with the weight of the second for all surfaces or for each: dict of fields.
+
+    The matrices of surfaces × suns of the first are overwritten, in blocks of rows.
+    """
+    weight = np.broadcast_to(np.float64(weight), (len(total.surfaces),))
+    for name in MATRICES:
+        matrix, values = getattr(total, name), getattr(other, name)
+        for first in range(0, len(matrix), ROWS):
+            rows = slice(first, first + ROWS)
+            matrix[rows] += weight[rows, None].astype(np.float32) * (values[rows] - matrix[rows])
+    sources = {}
+    for name, one in total.sources.items():
+        two = other.sources[name]
+        error = np.sqrt(blend_variance(one.standard_error**2, two.standard_error**2, weight))
+        view, relative = (blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative"))
+        sources[name] = SourceLight(view, relative, error)
+    return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {"sources": sources}
+
+
+def blend(one, other, weight):
+    """Mean of two arrays with the weight of the second, for all rows or for each; (n, …) in their own type."""
+    weight = np.asarray(weight, one.dtype)
+    weight = weight[:, None] if weight.ndim and one.ndim > 1 else weight
+    return (1 - weight) * one + weight * other
+
+
+def blend_variance(one, other, weight):
+    """Variance of that mean if both are independent."""
+    return (1 - weight) ** 2 * one + weight**2 * other
+
+
+def whole_error(own, transported, discretisation):
+    """Standard error from the variance `own`, (n,), and replicates (n, r) and discretisation (n,), or None."""
+    return np.sqrt(own if transported is None else own + variance_of_mean(transported) + discretisation**2)
+
+
+def merge_parts(one, other, weight, rounds):
+    """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they have none."""
+    if one is None:
+        return None
+    merges = {
+        "diffuse_passed_on": partial(merge_replicates, rounds=rounds),
+        "direct_passed_on": partial(merge_replicates, rounds=rounds),
+        "diffuse_discretisation": blend,
+        "direct_discretisation": blend,
+        "covariance": blend_variance,
+        "direct_points": blend_variance,
+    }
+    return ErrorParts(**{n: merge(getattr(one, n), getattr(other, n), weight) for n, merge in merges.items()})
+
+
+def merge_replicates(one, other, weight, rounds):
+    """Deviations of replicates whose `variance_of_mean` is that of a weighted mean of two independent values.
+
+    With weights w, numbers of replicates r and R of them all, deviations are scaled by w √(R (R - 1) / (r (r - 1))).
+
+    Parameters
+    ----------
+    one, other : (n, r) float
+    weight : float
+        Of the other.
+    rounds : int
+        In `one`: tells to which replicates those of `other` are added where they are too many to stand side by side.
+
+    Returns
+    -------
+    (n, R) float
+    """
+    counts = one.shape[1], other.shape[1]
+    beside = sum(counts) <= MOST_REPLICATES
+    whole = sum(counts) if beside else counts[0]
+    scaled = [
+        share * np.sqrt(whole * (whole - 1) / (count * (count - 1))) * (values - values.mean(axis=1, keepdims=True))
+        for values, share, count in zip((one, other), (1 - weight, weight), counts, strict=True)
+    ]
+    if beside:
+        return np.concatenate(scaled, axis=1)
+    place = (rounds * counts[1] + np.arange(counts[1])) % counts[0]
+    scaled[0][:, place] += scaled[1]
+    return scaled[0]
+
+
+def merge_records(one, other, weight):
+    """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is unknown."""
+    if one is None or other is None:
+        return None
+    sums = {name: combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
+    means = {name: combine(getattr(one, name), getattr(other, name), (1 - weight, weight)) for name in SHARES}
+    return replace(one, rounds=one.rounds + other.rounds, **sums, **means)
+
+
+def combine(one, other, weights):
+    """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is unknown."""
+    if one is None or other is None:
+        return None
+    if isinstance(one, dict):
+        return {key: combine(value, other.get(key, 0), weights) for key, value in one.items()}
+    return weights[0] * one + weights[1] * other

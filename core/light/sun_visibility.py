@@ -1,0 +1,277 @@
+"""Visible share of each patch for each sun, by shadow rays: one bit for each shadow point and sun.
+
+Patches that only pass light on look at each sun from some of their points, in turn: four suns on, or sixteen where
+they are hardly seen, each point has looked at one of them. So their light is resolved by as many elements as any.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..patches.patches import Patches, order_nearby
+from ..rays.random_numbers import mix
+from ..rays.ray_scene import RayScene
+from ..settings.errors import UNIT, InputError, check_array
+from ..settings.threads import map_in_order
+from .shadow_points import KnownPoints, find_points, shadow_points, split_net
+from .sun_blocks import SunBlock
+
+EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
+NOTHING = np.float32(0)
+POINTS_PER_TASK = 1 << 14
+WORD = 16  # points, one bit each
+
+
+@dataclass
+class SunWatch:
+    """From which of their points p patches look at the suns."""
+
+    ray_scene: RayScene
+    patches: Patches
+    traced: np.ndarray  # (p,) bool, patches that need shadow rays
+    unobstructed: np.ndarray  # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
+    covered: np.ndarray  # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
+    point_count: int  # points per patch, a power of two
+    turns: np.ndarray | None = None  # (p,) int, one in so many points looks at one sun, a power of two; None: all do
+    behind: bool = False  # trace rays to suns behind a patch as well (never visible; this only costs time)
+    threads: int = 1
+    points: KnownPoints | None = None  # the same for all suns: found with the first
+
+    def turns_of_patches(self):
+        """Number of points that one stands for: (p,) int."""
+        return np.ones(len(self.patches), int) if self.turns is None else np.where(self.traced, self.turns, 1)
+
+
+@dataclass
+class Shadows:
+    """Which points of p patches see each of s suns."""
+
+    bits: np.ndarray  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
+    points: KnownPoints
+    turns: np.ndarray  # (p,) int, number of points that each one stands for which looks at a sun
+    by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
+    ray_count: int
+
+    @property
+    def visible_share(self):
+        """Visible share of each sun: (p, s) float32."""
+        share = np.empty((len(self.bits), self.bits.shape[2]), np.float32)
+        count_visible(self.bits, (self.turns / self.by_point.shape[1]).astype(np.float32), share)
+        return share
+
+    def among(self, traced):
+        """The same among more suns, (n,) bool, none of which is visible but those that were traced: Shadows."""
+        wide = np.zeros((*self.bits.shape[:2], len(traced)), np.uint16)
+        wide[:, :, traced] = self.bits
+        return replace(self, bits=wide)
+
+
+class SunsInTurns(NamedTuple):
+    """Suns of a block, each of which is looked at from one in `turns` of the points."""
+
+    block: SunBlock
+    before: int  # number of suns before this block
+    turns: int  # a power of two
+
+
+@njit(nogil=True, cache=True)
+def projection_in_front(normal, directions):
+    """Cosine of the angle of incidence, 0 if the sun is behind the patch or edge-on.
+
+    Parameters
+    ----------
+    normal : (c, 3) float32
+    directions : (s, 3) float32
+
+    Returns
+    -------
+    (c, s) float32
+    """
+    count = len(directions)
+    aoi_projection, along = np.empty((len(normal), count), np.float32), np.empty((3, count), np.float32)
+    for sun in range(count):
+        for axis in range(3):
+            along[axis, sun] = directions[sun, axis]
+    for patch in range(len(normal)):
+        x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
+        for sun in range(count):
+            cosine = x * along[0, sun] + y * along[1, sun] + z * along[2, sun]
+            aoi_projection[patch, sun] = cosine if cosine >= EDGE_ON else NOTHING
+    return aoi_projection
+
+
+def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
+    """Trace shadow rays from points of patches to each sun in front of them.
+
+    Parameters
+    ----------
+    watch : SunWatch
+    suns : SunBlock
+        With their weights in `by_point`.
+    first_sun : int
+        Number of suns before this block.
+    report : callable
+        Called with the share of patches done and the number of rays traced.
+
+    Returns
+    -------
+    Shadows
+
+    Raises
+    ------
+    InputError
+        If an array or a number is invalid.
+    """
+    check_watch(watch, suns)
+    patches, directions, m = watch.patches, suns[0], watch.point_count
+    if watch.points is None:
+        wanted = watch.traced | watch.unobstructed
+        watch.points = find_points(patches, watch.covered, m, wanted, watch.threads)
+    shape = len(patches), -(-m // WORD), len(directions)
+    turns = watch.turns_of_patches()
+    found = Shadows(np.zeros(shape, np.uint16), watch.points, turns, np.zeros((len(patches), m), np.float32), 0)
+    see_all(watch, suns, found)
+    step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
+    tasks = []
+    for many in np.unique(turns[watch.traced]):
+        rows = np.flatnonzero(watch.traced & (turns == many))
+        # Several patches share a packet of rays then, and should lie side by side.
+        rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
+        tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
+
+    def trace_some(task):
+        chosen, turns = task
+        return trace_in_turns(watch, chosen, SunsInTurns(suns, first_sun, turns), found)
+
+    done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
+    for (chosen, many), ray_count in zip(tasks, map_in_order(trace_some, tasks, watch.threads), strict=True):
+        found.ray_count += ray_count
+        done += len(chosen) / many
+        report(done / whole, found.ray_count)
+    return found
+
+
+def check_watch(watch, suns):
+    """Refuse arrays and numbers of `sun_visibility` that are invalid.
+
+    Raises
+    ------
+    InputError
+    """
+    count = len(watch.patches)
+    directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
+    check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
+    for name in ("traced", "unobstructed"):
+        check_array(name, getattr(watch, name), (count,), kind="b")
+    cells, points = check_array("covered", watch.covered, (count, "c"), kind="b").shape[1], watch.point_count
+    if points < 1 or points.bit_count() > 1:
+        raise InputError("point_count", f"{points} is not a power of two", "give 1, 2, 4, 8, 16 …")
+    if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
+        raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
+
+
+def see_all(watch, suns, found):
+    """Write to Shadows what patches see that nothing stands in front of: every sun, from all points in the open."""
+    free = np.flatnonzero(watch.unobstructed)
+    is_open = watch.points.open_points[free]
+    words = np.zeros((len(free), found.bits.shape[1] * WORD), bool)
+    words[:, : is_open.shape[1]] = is_open
+    words = words.reshape(len(free), words.shape[1] // WORD, WORD) @ (1 << np.arange(WORD))
+    aoi_projection = projection_in_front(watch.patches.normal[free], suns[0])
+    found.bits[free] = np.where(aoi_projection[:, None] > 0, words[:, :, None], 0)
+    found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None] * is_open
+
+
+def trace_in_turns(watch, chosen, suns, found):
+    """Shadow rays from the points of some patches to all suns.
+
+    Parameters
+    ----------
+    watch : SunWatch
+    chosen : (c,) int
+        The patches.
+    suns : SunsInTurns
+    found : Shadows
+        Written: the rows of these patches.
+
+    Returns
+    -------
+    int
+        Number of rays.
+    """
+    (directions, weights), before, turns = suns
+    patches, known = watch.patches, watch.points
+    position, is_open = shadow_points(patches, chosen, watch.point_count), known.open_points[chosen]
+    parts = split_net(watch.point_count, turns)
+    begun = mix(patches.key[chosen] ^ np.uint64(0x7142)) % np.uint64(turns)
+    ray_count = 0
+    for turn in range(turns):
+        first = (turn - before) % turns
+        taken = parts[(turn + begun.astype(int)) % turns]
+        places, opened = position, is_open
+        if turns > 1:
+            places = np.take_along_axis(position, taken[:, :, None], axis=1)
+            opened = np.take_along_axis(is_open, taken, axis=1)
+        aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
+        wanted = np.ones(aoi_projection.shape, bool) if watch.behind else aoi_projection > 0
+        free = watch.ray_scene.trace_shadow_rays(places, wanted, directions[first::turns])
+        ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
+        lit = aoi_projection, (turns * weights[first::turns]).astype(np.float32)
+        columns = np.arange(first, len(directions), turns)
+        add_points(free, (opened, taken), (*lit, columns), chosen, (found.bits, found.by_point))
+    return ray_count
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def add_points(free, points, suns, chosen, light):
+    """Add up the light at the points of each patch.
+
+    Parameters
+    ----------
+    free : (c, s, m) bool
+    points : tuple of (c, m) bool and (c, m) int
+        Which points are open, and their numbers among all of their patch.
+    suns : tuple of (c, s) float32, (s,) float32 and (s,) int
+        Cosine of incidence of each sun, 0 where it is behind the patch, its weight, and its column.
+    chosen : (c,) int
+        Rows of `light` that belong to the patches.
+    light : tuple of (p, words, s) uint16 and (p, m) float32
+        Written: `bits` and `by_point` of Shadows.
+    """
+    (open_points, taken), (aoi_projection, weights, columns), (bits, by_point) = points, suns, light
+    point_count, words = open_points.shape[1], bits.shape[1]
+    total, found = np.empty(point_count, np.float32), np.empty(words, np.int64)
+    for patch in range(len(free)):
+        row, is_open, place = chosen[patch], open_points[patch], taken[patch]
+        for point in range(point_count):
+            total[point] = by_point[row, place[point]]
+        for sun in range(free.shape[1]):
+            if aoi_projection[patch, sun] <= 0:
+                continue
+            weighted, seen = weights[sun] * aoi_projection[patch, sun], free[patch, sun]
+            found[:] = 0
+            for point in range(point_count):
+                lit = seen[point] & is_open[point]
+                total[point] += weighted if lit else NOTHING
+                found[place[point] >> 4] |= np.int64(lit) << (place[point] & 15)
+            for word in range(words):
+                bits[row, word, columns[sun]] = found[word]
+        for point in range(point_count):
+            by_point[row, place[point]] = total[point]
+
+
+@njit(nogil=True, cache=True)
+def count_visible(bits, weight, share):
+    """Number of bits that are set, of (p, words, s) uint16, times weights, (p,), written into (p, s) float32."""
+    for patch in range(len(bits)):
+        for sun in range(bits.shape[2]):
+            count = np.uint32(0)
+            for word in range(bits.shape[1]):
+                pairs = np.uint32(bits[patch, word, sun])
+                pairs = pairs - ((pairs >> np.uint32(1)) & np.uint32(0x5555))
+                fours = (pairs & np.uint32(0x3333)) + ((pairs >> np.uint32(2)) & np.uint32(0x3333))
+                eights = (fours + (fours >> np.uint32(4))) & np.uint32(0x0F0F)
+                count += (eights + (eights >> np.uint32(8))) & np.uint32(0x1F)
+            share[patch, sun] = weight[patch] * np.float32(count)

@@ -1,0 +1,188 @@
+"""What the rays of all patches of a city meet, with all rays only where numbers are wanted.
+
+1. receivers               all rays
+2. other surfaces          a quarter of them
+3. generated ground        a quarter of them, from those patches that a ray of 1 or 2 meets
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from ..city.scene import Surfaces
+from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
+from ..effects.plan_effects import EffectPlan
+from ..effects.receivers import fewer_rays
+from ..patches.facing_scene import FacingScene
+from ..patches.read_albedo import brdfs_of_triangles
+from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.request import Request
+from ..settings.threads import usable_threads
+from .kept_matrix import area_means
+from .shadow_points import count_elements, points_above
+from .solve_radiosity import element_factors
+from .trace_hemisphere import trace_rows
+from .traced import SKY_DOME, RayCity, count_starts, empty_traced
+
+STAGE = "sky and reflections"
+
+
+@dataclass(kw_only=True)
+class GatherContext(RayCity):
+    """What all stages of one run share; `patches` have the albedo of diffuse reflection only."""
+
+    plan: EffectPlan
+    request: Request
+    surfaces: Surfaces
+    owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
+    patch_to_surface: sparse.csr_matrix  # (n, p), averages patches over their surface
+    eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
+    progress: Callable
+    rounds: bool = False  # whether further ones go on from what this one finds
+    bounces: int = 0  # number of reflections, of all light
+
+    @property
+    def points(self):
+        """Shadow points of each patch, a power of two."""
+        return points_above(self.request.shadow_samples)
+
+    @property
+    def full(self):
+        """Patches that send all rays: (p,) bool."""
+        receives, wanted = self.patches.receives, self.plan.receivers
+        return receives if wanted is None else receives & wanted
+
+    @property
+    def known(self):
+        """Patches that see the sky in closed form: (p,) bool."""
+        return self.plan.unobstructed & self.patches.receives
+
+
+def prepare_gather(prepared, request, progress):
+    """What the stages of a run share.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    request : Request
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    GatherContext
+    """
+    scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
+    others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0  # they reflect, but not by Lambert's law
+    if others.any():
+        patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
+    threads = usable_threads(request.threads)
+    ray_scene = plan.ray_scene or FacingScene(scene, patches, threads)
+    ray_scene.canopy = prepared.canopy_of_seasons()
+    elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
+    return GatherContext(
+        ray_scene=ray_scene,
+        patches=patches,
+        threads=threads,
+        reflections=plan.reflections,
+        elements=elements,
+        starts=count_starts(len(patches), elements, request.samples),
+        terrain=plan.terrain,
+        sources=plan.sources,
+        rays_share=plan.rays_share,
+        plan=plan,
+        request=request,
+        surfaces=scene.surfaces,
+        owner=scene.triangle_surface,
+        patch_to_surface=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
+        eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
+        progress=progress,
+        rounds=prepared.round is not None,
+        bounces=plan.max_bounces or prepared.bounces or 0,
+    )
+
+
+def trace_all(context):
+    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each: Traced."""
+    patches, plan, samples = context.patches, context.plan, context.request.samples
+    every, fewer = (
+        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
+    )
+    sends, found = patches.receives & ~context.known, empty_traced(context)
+    ground = plan["reflectors"].setting if plan.reflectors else np.zeros(len(patches), bool)
+    full = sends & context.full & ~ground
+    # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
+    most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0
+
+    def trace(chosen, count):
+        nonlocal done
+        for part in trace_rows(context, np.flatnonzero(chosen), count):
+            found.put(part)
+            done += count * (len(part.rows) + len(part.dark))
+            context.progress(STAGE, done, most, "rays")
+
+    if most:
+        context.progress(STAGE, 0, most, "rays")
+    trace(full, every)
+    if plan.receivers is not None and plan.reflections:
+        found.filled = measure_filled(found.form_factors, patches.area)
+    trace(sends & ~full & ~ground, fewer)
+    if plan.reflectors:
+        seen = sends & ground & patches_hit(found.form_factors, len(patches))
+        trace(seen, every if plan.receivers is None else fewer)
+        unseen = sends & ground & ~seen
+        found.unseen_share = share_of_hits(found.form_factors, unseen)
+        found.covered[unseen] = True  # nothing is asked of them: no shadow rays either
+    if done < most:
+        context.progress(STAGE, most, most, "rays")
+    fill_closed_forms(context, found)
+    if plan.reflections:
+        found.factor = element_factors(context, found)
+    found.element_far_ground = found.open_share = None
+    return found
+
+
+def patches_hit(form_factors, count):
+    """Patches that any ray has met: (p,) bool."""
+    hit = np.zeros(count, bool)
+    for rows in form_factors.rows:
+        hit[patch_of_keys(form_factors, rows)] = True
+    return hit
+
+
+def measure_filled(form_factors, area):
+    """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
+    seen = np.zeros(len(area))
+    for rows in form_factors.rows:
+        weight = np.repeat(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays), np.diff(rows.start))
+        seen += np.bincount(patch_of_keys(form_factors, rows), weight, len(area))
+    return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
+
+
+def share_of_hits(form_factors, members):
+    """Share of all hits that fall on some patches, (p,) bool."""
+    found = sum(int(members[patch_of_keys(form_factors, rows)].sum()) for rows in form_factors.rows)
+    return found / max(sum(len(rows.key) for rows in form_factors.rows), 1)
+
+
+def patch_of_keys(form_factors, rows):
+    """Patch of each entry: (e,) int32."""
+    return rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
+
+
+def fill_closed_forms(context, traced):
+    """Write what patches with nothing in front of them see; patches that receive nothing count as covered."""
+    patches, plan, known = context.patches, context.plan, context.known
+    normal = patches.normal[known]
+    shares = {SKY_DOME: sky_view_of_tilt(normal, plan.terrain)}
+    shares |= {one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources}
+    for name, share in shares.items():
+        traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]
+    far_ground = ground_view_of_tilt(normal, plan.terrain)[:, None]
+    traced.far_ground[known] = far_ground
+    traced.element_far_ground[known] = far_ground / context.elements
+    traced.covered[~patches.receives] = True
+    if not plan.far_ground:
+        traced.far_ground[:] = traced.element_far_ground[:] = 0

@@ -1,0 +1,286 @@
+"""What rays of patches met: RowLight of some patches, and Traced, the same of all patches of a city.
+
+       sky                        A ray that escapes upwards reaches the sky, one that escapes downwards the far
+    \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
+ hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
+═════════════ patch
+
+The light of a patch is resolved by 1, 4 or 16 elements, congruent parts of its triangle. F is stored as the hits: each
+with the element of the patch that was hit, and the element and the replicate of its ray's start. So uneven light on a
+patch is re-emitted from the element where it arrived, and differences between replicates can be followed through F.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+
+from ..patches.facing_scene import FacingScene
+from ..patches.patches import Patches
+from ..rays.hemisphere_rays import CELL_DIVISIONS, cell_at
+from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.errors import InputError, check_array
+from ..sun.horizon import TerrainHorizon
+
+REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
+LARGEST_KEY = 2**31 - 1
+FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
+STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
+SKY_DOME = "sky"  # the name of its first light, beside those of `sky.light_sources`
+
+
+@dataclass
+class Rows:
+    """Hits of the rays of c patches."""
+
+    chosen: np.ndarray  # (c,) int, patches
+    start: np.ndarray  # (c + 1,) int64, where the entries of each begin
+    key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
+    rays: int  # of each replicate of each patch
+
+
+@dataclass
+class FormFactors:
+    """Hits of the rays of p patches; the rays of patches without rows hit nothing."""
+
+    rows: list  # of Rows
+    count: int  # p
+    cells: int  # of each patch: 1, 4 or 16
+    starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
+    links: tuple | None = field(default=None, repr=False, compare=False)  # last factor and lists of `links_of`
+    sent: np.ndarray | None = field(default=None, repr=False, compare=False)  # (p,) bool, which patches have rows
+
+    def put(self, rows):
+        """Add the rows of some patches, in place of those that they had."""
+        if self.sent is None:
+            self.sent = np.zeros(self.count, bool)
+        if self.sent[rows.chosen].any():
+            replaced = np.zeros(self.count, bool)
+            replaced[rows.chosen] = True
+            self.rows = [leave_rows(one, ~replaced[one.chosen]) for one in self.rows]
+        self.sent[rows.chosen] = True
+        self.rows.append(rows)
+        self.links = None
+
+    @property
+    def start_bits(self):
+        """Number of last bits of a key that hold replicate and start."""
+        return REPLICATE_BITS + self.starts.bit_length() - 1
+
+    def as_matrix(self):
+        """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
+        parts = [np.zeros((3, 0))]
+        for rows in self.rows:
+            patch = np.repeat(rows.chosen, np.diff(rows.start))
+            column, replicate = np.divmod(rows.key, HEMISPHERE_REPLICATES)
+            place = patch * HEMISPHERE_REPLICATES + replicate
+            parts.append(np.stack([place, column // (self.cells * self.starts), np.full(len(patch), 1 / rows.rays)]))
+        row, column, share = np.concatenate(parts, axis=1)
+        shape = (self.count * HEMISPHERE_REPLICATES, self.count)
+        return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
+
+
+def leave_rows(rows, kept):
+    """Some rows, (c,) bool: Rows."""
+    if kept.all():
+        return rows
+    entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
+    start = np.concatenate([[0], np.cumsum(counts)])
+    return Rows(rows.chosen[kept], start, rows.key[entries], rows.rays)
+
+
+def check_form_factors(form_factors, count):
+    """Refuse form factors with indices of patches that do not exist: the compiled loops would read out of bounds.
+
+    Raises
+    ------
+    InputError
+    """
+    if form_factors.count != count:
+        raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
+    last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
+    for rows in form_factors.rows:
+        check_array("key of form_factors", rows.key, (len(rows.key),), kind="i", least=0, most=last, row="entry")
+
+
+def count_starts(count, cells, samples):
+    """Number of cells by which the starts of rays are resolved.
+
+    Returns
+    -------
+    int
+        `cells` if the keys of `count` patches have room for the start cell and enough rays start in each; else 1.
+    """
+    room = count * cells * cells * HEMISPHERE_REPLICATES - 1 <= LARGEST_KEY
+    return cells if room and samples >= FEWEST_RAYS * cells else 1
+
+
+def count_hits(chosen, hits, places, cells, starts=None):
+    """Rows of the matrix from lists of hits.
+
+    Parameters
+    ----------
+    chosen : (c,) int
+    hits : tuple of (c, rays) int32 and (c, rays) bool
+        Patch hit by each ray, replicate after replicate, and which hits count.
+    places : tuple of two (c · rays,) float32
+        Barycentric weights of the hit.
+    cells : int
+        1, 4 or 16.
+    starts : tuple of (c, rays) uint8, (m,) int and int, optional
+        The finest cell in which each ray starts, the larger cell that contains each of these, and their number.
+
+    Returns
+    -------
+    Rows
+    """
+    rays = hits[0].shape[1]
+    starts = (np.zeros(hits[0].shape, np.uint8), np.zeros(1, int), 1) if starts is None else starts
+    keys = np.empty(hits[0].shape, np.int32)
+    start = np.zeros(len(keys) + 1, np.int64)
+    places = tuple(weights.reshape(keys.shape) for weights in places)
+    make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
+    keys.sort(axis=1)
+    key = np.empty(start[-1], np.int32)
+    list_keys(keys, start, key)
+    return Rows(chosen, start, key, rays // HEMISPHERE_REPLICATES)
+
+
+@njit(nogil=True, cache=True)
+def make_keys(hits, places, starts, keys, start):
+    """Write the keys of hits, -1 for those that do not count, and into `start` where the hits of each patch begin.
+
+    A key is ((patch hit · cells + cell) · starts + start cell of the ray) · HEMISPHERE_REPLICATES + replicate.
+    """
+    (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
+    per_replicate = hit.shape[1] // HEMISPHERE_REPLICATES
+    for patch in range(len(hit)):
+        found = 0
+        for replicate in range(HEMISPHERE_REPLICATES):
+            for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
+                key = -1
+                if counts[patch, ray]:
+                    cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
+                    place = hit[patch, ray] * divisions**2 + cell
+                    key = (place * start_count + cell_of[start_cells[patch, ray]]) * HEMISPHERE_REPLICATES + replicate
+                    found += 1
+                keys[patch, ray] = key
+        start[patch + 1] = start[patch] + found
+
+
+@njit(nogil=True, cache=True)
+def list_keys(keys, start, key):
+    """Write the hits of all patches into `key`, patch after patch; they come last in the sorted rows of `keys`."""
+    rays = keys.shape[1]
+    for patch in range(len(keys)):
+        before = rays - (start[patch + 1] - start[patch])
+        for entry in range(start[patch], start[patch + 1]):
+            key[entry] = keys[patch, before + entry - start[patch]]
+
+
+@dataclass(kw_only=True)
+class RayCity:
+    """What rays are traced in, and what is wanted of them."""
+
+    ray_scene: FacingScene
+    patches: Patches
+    threads: int = 1
+    reflections: bool = True  # whether to collect the matrix of form factors
+    elements: int = 1  # of each patch: 1, 4 or 16
+    starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
+    terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
+    sources: tuple = ()  # of SkySource: further parts of the sky that patches look at
+    rays_share: int = 4  # hemisphere rays for each ray towards one of them
+
+
+@dataclass
+class FirstLight:
+    """Light of the sky, or of a source in it, on p patches before reflections: the visible share of the sky."""
+
+    light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element: np.ndarray  # (p, elements) float32, of their open part; of the whole patch if too few rays start there
+    deviation: np.ndarray  # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
+    unit: np.ndarray | np.float32 = STEP  # of `deviation`; or (p,) float32
+
+    def put(self, rows, part):
+        """Replace the light of some patches."""
+        self.light[rows], self.element[rows], self.deviation[rows] = part.light, part.element, part.deviation
+
+
+def no_light(count, elements, unit=STEP):
+    """FirstLight of `count` patches that see nothing."""
+    shape = count, elements, HEMISPHERE_REPLICATES
+    light, element = np.zeros((count, shape[2]), np.float32), np.zeros(shape[:2], np.float32)
+    return FirstLight(light, element, np.zeros(shape, np.int16), unit)
+
+
+@dataclass
+class RowLight:
+    """What the rays of c patches met; and d patches that send none, since they lie wholly inside something."""
+
+    rows: np.ndarray  # (c,) int
+    covered: np.ndarray  # (c, CELL_DIVISIONS²) bool, cells that lie inside or under something
+    dark: np.ndarray  # (d,) int
+    first: dict  # of the sky, and of each source by its name: FirstLight
+    far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    element_far_ground: np.ndarray  # (c, elements) float32, share of all rays that start there and do so
+    open_share: np.ndarray  # (c, elements) float32, share of the rays of each element that start in the open
+    hits: Rows | None  # without reflections None
+    ray_count: dict  # rays towards the sky, and towards each source
+
+
+@dataclass
+class Traced:
+    """RowLight of all p patches; those without rows see nothing, and all of them is open."""
+
+    first: dict
+    far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element_far_ground: np.ndarray | None  # (p, elements) float32; None once the element factors are known
+    open_share: np.ndarray | None  # (p, elements) float32; likewise
+    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
+    form_factors: FormFactors | None
+    ray_count: dict = field(default_factory=dict)
+    filled: np.ndarray | None = None  # (p,) float32, share of a patch's hemisphere that receivers fill; None: unknown
+    unseen_share: float = 0.0  # of all hits, on patches that were left out
+    factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
+
+    def put(self, part):
+        """Replace rows by those of a RowLight."""
+        for name, first in self.first.items():
+            first.put(part.rows, part.first[name])
+            first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
+            self.ray_count[name] = self.ray_count.get(name, 0) + part.ray_count[name]
+        for name, dark in (("far_ground", 0), ("element_far_ground", 0), ("open_share", 0), ("covered", True)):
+            values = getattr(self, name)
+            values[part.rows], values[part.dark] = getattr(part, name), dark
+        if part.hits is not None:
+            self.form_factors.put(part.hits)
+
+    @property
+    def sky(self):
+        """Share of rays that reach the sky: (p, HEMISPHERE_REPLICATES) float32."""
+        return self.first[SKY_DOME].light
+
+    @property
+    def covered_share(self):
+        """Share of each patch that lies inside or under something: (p,) float32."""
+        return self.covered.mean(axis=1, dtype=np.float32)
+
+
+def empty_traced(city):
+    """Traced of patches that sent no rays yet."""
+    count, elements = len(city.patches), city.elements
+    first = {SKY_DOME: no_light(count, elements)}
+    for source in city.sources:
+        unshaded = source.unshaded(city.patches.normal).astype(np.float32)
+        first[source.name] = no_light(count, elements, STEP * unshaded)
+    return Traced(
+        first=first,
+        far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
+        element_far_ground=np.zeros((count, elements), np.float32),
+        open_share=np.ones((count, elements), np.float32),
+        covered=np.zeros((count, CELL_DIVISIONS**2), bool),
+        form_factors=FormFactors([], count, elements, city.starts) if city.reflections else None,
+        ray_count=dict.fromkeys(first, 0),
+    )

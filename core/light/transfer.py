@@ -1,0 +1,261 @@
+"""Result of tracing, independent of weather: relative irradiance of every surface, its errors, and how it was made."""
+
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from ..city.grid_cells import Outlines
+from ..city.scene import Site, Surfaces
+from ..sun.horizon import TerrainHorizon
+from ..sun.horizon_band import SOURCES
+from ..sun.suns import Suns
+
+OF_SOURCE = "_rays"  # after the name of a traced source: its entry in files
+
+
+@dataclass(frozen=True)
+class TraceRecord:
+    """Record of one run of an estimator; None for what does not apply to it."""
+
+    request: dict  # all settings by name
+    effects: list  # of dict, decisions of the plan
+    max_bounces: int
+    brightest_albedo: float
+    patches: int
+    threads: int
+    seconds: dict  # stage -> [s]
+    embree_thread_seconds: float  # [s] sum over threads
+    last_bounce_share_diffuse: float  # of all light
+    last_bounce_share_direct: float
+    processor_seconds: dict | None = None  # stage -> [s] sum over threads
+    engine: str | None = None  # packets or rays
+    hemisphere_rays: int | None = None
+    source_rays: dict = field(default_factory=dict)  # name of each traced source of light in the sky -> rays
+    shadow_rays: int | None = None
+    discretisation_error: dict | None = None  # diffuse, direct: see `radiosity.gather_diffuse`
+    degrees_of_freedom: dict | None = None  # of the standard errors' replicates
+    photons_per_source: int | None = None  # forward
+    rays: int | None = None  # forward
+    photons: dict | None = None  # forward: where the light of each source went
+    interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
+    sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
+    rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
+    standard_error_unknown: str | None = None  # which standard error, and why
+
+    def as_dict(self):
+        """Plain types by name, without what does not apply."""
+        values = {name: value for name, value in asdict(self).items() if value is not None}
+        rays = values.pop("source_rays")
+        return values | {name + OF_SOURCE: count for name, count in rays.items()}
+
+
+def record_of_dict(values):
+    """TraceRecord from the result of `as_dict`.
+
+    Raises
+    ------
+    KeyError
+        Names the missing or unknown key.
+    """
+    rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
+    values = {name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays}
+    known = {one.name for one in fields(TraceRecord)} - {"source_rays"}
+    unknown = sorted(set(values) - known)
+    if unknown:
+        raise KeyError(unknown[0])
+    try:
+        return TraceRecord(**values, source_rays=rays)
+    except TypeError as error:
+        raise KeyError(str(error)) from error
+
+
+def note_interruption(kept, count):
+    """Entry of the record if fewer suns were kept than requested: dict or None."""
+    return {"suns_traced": kept, "of": count} if kept < count else None
+
+
+class Round(NamedTuple):
+    """Which part of a run is traced."""
+
+    size: int = 1  # samples, in units of those of the first round
+    counted: np.ndarray | None = None  # (n,) bool, surfaces traced alone, under the light of the others; None: all
+
+
+class Net(NamedTuple):
+    """Annual light without reflections at the points of a digital net on each of k patches."""
+
+    before: int  # points of the sequence before it
+    light: np.ndarray  # (k, m) float32, in the order of `points_of_grid`
+
+
+class Emitted(NamedTuple):
+    """What all p patches emit, by the last round in which all were traced; None without reflections."""
+
+    sky: np.ndarray | None  # (p, elements) float32, radiosity under the sky
+    suns: np.ndarray | None  # (p, elements) float32, annual under the suns
+    far_ground: float  # annual radiosity of the far ground under the suns
+
+
+class Uneven(NamedTuple):
+    """What the patch-size error of n surfaces is told from: linear in their light, so that rounds can be averaged."""
+
+    received: np.ndarray  # (n, 2) of `Steps`, averaged over patches
+    variance: np.ndarray  # (n,) of the former, by the surfaces' own rays
+    light: np.ndarray  # (n,) all light
+
+
+@dataclass
+class PatchLight:
+    """Light of p patches by all their rays and points so far: what the noise of several rounds is told from."""
+
+    size: np.ndarray  # (n + 1,) int, samples of each surface and, last, of the ground, in units of the first round
+    owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
+    key: np.ndarray  # (p,) uint64, of the patches' random numbers
+    sent: np.ndarray  # (p,) bool, whether the patch sends shadow rays
+    covered: np.ndarray  # (p,) float32, covered share
+    unshaded: np.ndarray  # (p,) float32, annual light of a point that nothing shades
+    squares: sparse.csr_matrix  # (n, p), squares of the weights in the means of surfaces
+    diffuse: np.ndarray  # (p, r) float32, all light of the sky by each replicate of the rays
+    reflected: np.ndarray  # (p, r) float32, annual reflected light of the suns likewise
+    rows: np.ndarray  # (k,) int, patches whose shadow points go on in one net, ascending
+    nets: list  # of Net, of these
+    points: np.ndarray  # (p,) float64, variance of annual light from shadow points
+    emitted: Emitted
+    uneven: tuple = (None, None)  # of light of the sky, and of the suns: Uneven; None without reflections
+    rest: tuple | None = None  # (n,) variances of light of the sky and of the suns by way of mirrors
+
+
+@dataclass
+class ErrorParts:
+    """Parts of the standard errors of n surfaces that are not independent between surfaces.
+
+    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean weighted with the suns.
+    """
+
+    diffuse_passed_on: np.ndarray  # (n, r) deviations of r replicates of the light that other surfaces re-emit
+    direct_passed_on: np.ndarray  # (n, r)
+    diffuse_discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches
+    direct_discretisation: np.ndarray  # (n,)
+    covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
+    direct_points: np.ndarray  # (n,) the part of the variance of own noise in direct light that is from shadow points
+
+
+def scale_direct(parts, growth):
+    """Error parts with those of direct light multiplied by `growth`."""
+    return replace(
+        parts,
+        direct_passed_on=growth * parts.direct_passed_on,
+        direct_discretisation=growth * parts.direct_discretisation,
+        covariance=growth * parts.covariance,
+        direct_points=growth**2 * parts.direct_points,
+    )
+
+
+@dataclass
+class SourceLight:
+    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sky.sky_source`)."""
+
+    view_factor: np.ndarray  # (n,) without reflections, at most 1; where nothing stands before it, `SkySource.unshaded`
+    relative: np.ndarray  # (n,) reflections included
+    standard_error: np.ndarray  # (n,) of `relative`
+
+
+@dataclass
+class Transfer:
+    """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
+
+    The direct irradiance at any time is stored in three parts, since cosines can be computed exactly for every hour:
+    `aoi_projection · visible_share` (direct sunlight), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
+    open ground beyond the scene), and `direct_reflected` (all other reflections, as traced for the nearest suns).
+    """
+
+    surfaces: Surfaces
+    site: Site
+    suns: Suns
+    covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
+    sky_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the sky
+    far_ground_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the open ground; 0 without far ground
+    ground_albedo: float
+    diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
+    diffuse_relative_standard_error: np.ndarray  # (n,)
+    visible_share: np.ndarray  # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
+    direct_reflected: np.ndarray  # (n, s) float32, the same; per DNI
+    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
+    record: TraceRecord | None = None  # how it was made; None: unknown
+    albedo: np.ndarray | None = None  # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
+    material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
+    albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
+    error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
+    sources: dict = field(default_factory=dict)  # name -> SourceLight, those of `sky.light_sources` that were traced
+    outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
+    bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
+    leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
+    patch_light: PatchLight | None = None  # for further rounds of the same run; not kept in files
+    terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
+
+
+def no_parts(count):
+    """Error parts of n surfaces whose standard errors are own noise only."""
+    return ErrorParts(np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((4, count)))
+
+
+def own_variance(standard_error, transported, discretisation):
+    """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and discretisation (n,)."""
+    whole = np.asarray(standard_error, float) ** 2
+    return np.maximum(whole - variance_of_mean(transported) - discretisation**2, 0)
+
+
+def variance_of_mean(replicates):
+    """Variance of the mean of independent replicates, along the last axis, in the square of their unit."""
+    return replicates.var(axis=-1, ddof=1) / replicates.shape[-1]
+
+
+def own_diffuse(transfer):
+    """Variance of `diffuse_relative` from the surface's own rays: (n,) [–]."""
+    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
+    error = transfer.diffuse_relative_standard_error
+    return own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
+
+
+def own_direct(transfer):
+    """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if it is unknown."""
+    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
+    error = transfer.direct_annual_standard_error
+    return own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
+
+
+def take_rows(transfer, rows):
+    """Transfer of some surfaces only; outlines are left out.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    rows : (k,) int
+
+    Returns
+    -------
+    Transfer
+    """
+    taken = {name: take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")}
+    taken["sources"] = {name: take_fields(light, rows) for name, light in transfer.sources.items()}
+    own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
+    taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
+    material = transfer.material and [transfer.material[k] for k in rows]
+    bare = transfer.bare and take_rows(transfer.bare, rows)
+    return replace(transfer, **taken, material=material, bare=bare, outlines=None)
+
+
+def take_fields(part, rows):
+    """Some rows of each field of a dataclass whose fields are arrays or lists with as many; None of None."""
+    if part is None:
+        return None
+    values = {one.name: getattr(part, one.name) for one in fields(part)}
+    return replace(part, **{name: _take(value, rows) for name, value in values.items()})
+
+
+def _take(value, rows):
+    if value is None:
+        return None
+    return value[rows] if isinstance(value, np.ndarray) else [value[k] for k in rows]
