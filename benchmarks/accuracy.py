@@ -47,7 +47,6 @@ from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns, progressive_order
-from citypv.core.transfer.prepare_scene import build_tree
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "build" / "accuracy.json"

@@ -15,7 +15,9 @@ import numpy as np
 from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import Round, own_diffuse, own_direct, variance_of_mean
 from citypv.core.settings.progress import silent
 from citypv.core.study import trace_round
 

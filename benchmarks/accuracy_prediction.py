@@ -18,6 +18,7 @@ from town import WEATHER, write_town
 
 from citypv.core.accuracy.price_list import list_prices
 from citypv.core.accuracy.yield_errors import split_errors
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene

@@ -16,6 +16,8 @@ import numpy as np
 import pandas as pd
 import pvlib
 
+from citypv.core.settings.request import Request
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from transfers import Horizons, unshaded_transfer
 

@@ -19,6 +19,7 @@ import pvlib
 from citypv.core.commands.plain_scenes import join_parts, rectangle
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.read.read_city import read_city

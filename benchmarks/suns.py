@@ -23,7 +23,7 @@ import numpy as np
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.shadow_points import points_above
 from citypv.core.light.sun_sampling_error import take_surfaces
-from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.patches.patches import patches_of_scene, take_patches
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene

@@ -32,9 +32,9 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from citypv.core.commands.plain_scenes import join_parts
+from citypv.core.light.trace_all import trace_all
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.radiosity import gather_context
 from citypv.core.rays.engines import TREES, VARIABLE
 from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns

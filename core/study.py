@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from .accuracy.sun_sampling import TracedYear, measure_ways
-from .city.build_scene import build_scene
+from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
@@ -33,11 +33,10 @@ from .results.list_findings import rows_of_names
 from .settings.errors import InputError
 from .settings.progress import ignore_share, silent
 from .settings.request import check_request
-from .sun.choose_suns import parse_way
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
-from .sun.spread_suns import spread_suns
-from .sun.sun_sampling import choose_suns, weigh_by_year
+from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
+from .sun.suns import progressive_order
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
+from ..light.transfer import take_fields
 from ..patches.patches import take_patches
 
 STAND_INS = 2_048  # for generated ground, and as many for all else

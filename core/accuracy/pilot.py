@@ -36,8 +36,8 @@ from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
-from ..sun.spread_suns import spread_suns
 from ..sun.sun_sampling import choose_suns
+from ..sun.suns import progressive_order
 from ..weather.weather import Weather
 from .part_of_city import keep_patches, spread_transfer
 from .yield_errors import split_errors
@@ -140,7 +140,7 @@ def run_pilot(inputs, progress=silent):
 def choose_pilot_suns(inputs):
     """Suns of the pilot's runs."""
     weather, request = inputs.weather, inputs.request
-    return spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    return progressive_order(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
 
 
 def trace_part(inputs, part, setting, suns):

@@ -52,7 +52,7 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
         under `groups`.
     """
     scene, weather, transfer, request = traced
-    others = [suns for suns in ways if suns.way != "hourly"]
+    others = [suns for suns in ways if suns.sampling != "hourly"]
     if not others or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
     every = [*others, choose_suns("hourly", *weather.axis, request.seed, position=weather.data)]
@@ -69,7 +69,7 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
     names = name_groups(exact.surfaces)
     weight, whole = weigh_groups(names, surfaces), np.ones(len(names))
     hours_of_ways, found = iter(hours_of_ways), []
-    for hours in (true if suns.way == "hourly" else next(hours_of_ways) for suns in ways):
+    for hours in (true if suns.sampling == "hourly" else next(hours_of_ways) for suns in ways):
         parts = {
             str(name): compare_hours(hours[names == name], true[names == name], whole[names == name])
             for name in np.unique(names)

@@ -4,6 +4,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from ..city.crowns import volume_of_crowns
 from ..patches.materials import CLEAR, describe_brdf, named_material
 from ..results.list_findings import list_findings
 from ..settings.progress import silent

@@ -14,7 +14,7 @@ from ..results.write_summary import finite
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..study import check_tracing, prepare_study, read_scene, read_year
-from ..transfer.prepare_scene import build_tree
+from ..light.prepare_scene import build_tree
 
 
 def list_effects(paths, request, progress):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..accuracy.check_reachable import check_reachable
-from ..accuracy.effect_shares import shares_of_effects, state_outcome
+from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.pilot import CityYear
 from ..city.grid_cells import outline_surfaces, split_into_cells
@@ -42,7 +42,7 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..transfer.prepare_scene import build_tree
+from ..light.prepare_scene import build_tree
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget

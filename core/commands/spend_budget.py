@@ -15,7 +15,7 @@ from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import Knobs, price_city
 from ..light.prepare_scene import prepare_scene
 from ..settings.request import option_of
-from ..transfer.prepare_scene import build_tree
+from ..light.prepare_scene import build_tree
 from .refine_run import ADAPTIVE, MOMENT
 
 CHOICES = {  # what each free setting may be, cheapest first

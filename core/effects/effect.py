@@ -71,7 +71,7 @@ class TracePlan:
 
     @property
     def sources(self) -> tuple:
-        """Sources of light in the sky that are traced beside its dome: of SkySource."""
+        """Sources of light in the sky that are traced beside its dome: of HorizonBand."""
         return sources_of(self.sky)
 
     def lit(self, directions):

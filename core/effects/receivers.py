@@ -13,7 +13,7 @@ RECEIVERS, REFLECTORS = "receivers", "reflectors"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
-HARDLY_SEEN = 0.3  # share of the ground's light that passes by way of the patches that receivers see least
+HARDLY_SEEN = 0.25  # share of a patch's hemisphere that receivers fill
 
 
 def decide_receivers(inputs):

@@ -15,14 +15,18 @@ def decide(inputs):
     brightest = max(float(inputs.patches.albedo.max(initial=0)), inputs.far_ground_albedo)
     count = request.max_bounces
     if brightest == 0 and not inputs.asked(KEY):
-        return Effect(KEY, False, NONE, "every albedo is 0", 0.0, setting=0, share=0.0)
+        inputs.plan.max_bounces = 0
+        return Effect(KEY, False, NONE, "every albedo is 0", 0.0, share=0.0)
     if not inputs.asked(KEY, count != 0):
-        return Effect(KEY, False, NONE, "switched off", bound_beyond(0, brightest), setting=0)
+        inputs.plan.max_bounces = 0
+        return Effect(KEY, False, NONE, "switched off", bound_beyond(0, brightest))
     if count:
         words = f"{count} bounce{'s' if count != 1 else ''}"
-        return Effect(KEY, True, words, "as asked", bound_beyond(count, brightest), setting=count)
+        inputs.plan.max_bounces = count
+        return Effect(KEY, True, words, "as asked", bound_beyond(count, brightest))
     words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
-    return Effect(KEY, True, words, "the light that is still on its way tells", GROUP_LIMIT, setting=None)
+    inputs.plan.max_bounces = None
+    return Effect(KEY, True, words, "the light that is still on its way tells", GROUP_LIMIT)
 
 
 def bound_beyond(count, brightest):

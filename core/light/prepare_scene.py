@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from ..city.scene import Scene, add_backs, check_scene
-from ..effects.plan_effects import EffectPlan, plan_effects
+from ..effects.effect import TracePlan
+from ..effects.plan_effects import plan_effects
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
@@ -21,7 +22,7 @@ class PreparedScene:
     scene: Scene  # with the backs of sheets
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
     patches: Patches
-    plan: EffectPlan
+    plan: TracePlan
     suns: Suns | None = None  # if they were chosen already
     round: Round | None = None  # if further ones are to be merged with it
     bounces: int | None = None  # number of reflections, where a round before found it
@@ -30,16 +31,14 @@ class PreparedScene:
     @cached_property
     def canopy(self):
         """What attenuates rays: Canopy, or None without trees."""
-        trees = self.plan["trees"]
-        return trees.setting.canopy(self.bare) if trees.on else None
+        return self.plan.foliage and self.plan.foliage.canopy(self.bare)
 
     def canopy_of_seasons(self):
         """The same for an estimator that sends the same rays in both states, in leaf first: Canopy or None."""
-        trees = self.plan["trees"]
-        return trees.setting.canopy(self.bare, both=True) if trees.on else None
+        return self.plan.foliage and self.plan.foliage.canopy(self.bare, both=True)
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None, progress=silent):
+def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -49,8 +48,6 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
     weather : Weather, optional
     suns : Suns, optional
         Where they are known already, for effects that depend on them.
-    measure : bool
-        As of `plan_effects`.
     materials : list, optional
         As of `PreparedScene`, where they are known already.
     progress : callable, optional
@@ -69,7 +66,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    known = {"materials": materials, "weather": weather, "suns": suns, "measure": measure}
+    known = {"materials": materials, "weather": weather, "suns": suns}
     plan = plan_effects(scene, patches, request, **known, progress=progress)
     return PreparedScene(scene, materials, patches, plan, suns)
 

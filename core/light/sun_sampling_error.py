@@ -64,7 +64,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     found = []
     for suns in ways:
         if len(few):
-            progress(f"error check, {suns.way}", 0, 1, "rays")
+            progress(f"error check, {suns.sampling}", 0, 1, "rays")
         watch = SunWatch(
             ray_scene,
             few,
@@ -75,7 +75,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
             threads=usable_threads(request.threads),
         )
 
-        def report(share, rays, way=suns.way):
+        def report(share, rays, way=suns.sampling):
             progress(f"error check, {way}", rays, rays / share, "rays")
 
         light = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from ..city.scene import Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..effects.plan_effects import EffectPlan
+from ..effects.effect import TracePlan
 from ..effects.receivers import fewer_rays
 from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles
@@ -33,7 +33,7 @@ STAGE = "sky and reflections"
 class GatherContext(RayCity):
     """What all stages of one run share; `patches` have the albedo of diffuse reflection only."""
 
-    plan: EffectPlan
+    plan: TracePlan
     request: Request
     surfaces: Surfaces
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
@@ -111,7 +111,7 @@ def trace_all(context):
         -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
     )
     sends, found = patches.receives & ~context.known, empty_traced(context)
-    ground = plan["reflectors"].setting if plan.reflectors else np.zeros(len(patches), bool)
+    ground = plan.optional if plan.reflectors else np.zeros(len(patches), bool)
     full = sends & context.full & ~ground
     # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
     most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0

@@ -14,8 +14,7 @@ from ..settings.errors import InputError
 from ..settings.progress import CancelledError, Clock
 from ..settings.request import check_request
 from ..sun.horizon import without_hidden
-from ..sun.keep_suns import keep_suns
-from ..sun.suns import check_suns
+from ..sun.suns import check_suns, interrupted_suns
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
 from .prepare_scene import prepare_scene
@@ -98,7 +97,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
+        suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=cover_of_surfaces(to_surface, traced.covered_share),
         sky_view_factor=to_surface @ traced.sky.mean(axis=1),
         far_ground_view_factor=to_surface @ traced.far_ground.mean(axis=1),
@@ -214,13 +213,13 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
         It was cancelled before the suns of the second state: one alone does not stand for the year.
     """
     transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
-    trees = prepared.plan["trees"]
-    if not (trees.on and trees.setting.seasonal):
+    foliage = prepared.plan.foliage
+    if foliage is None or not foliage.seasonal:
         return transfer
     if transfer.record.interrupted:
         raise CancelledError
     bare = trace(scene, suns, request, progress, folder, prepared=replace(prepared, bare=True))
-    forget_rays(trees.setting.kept)
+    forget_rays(foliage.kept)
     if bare.record.interrupted:
         transfer = replace(
             transfer,
@@ -229,4 +228,4 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
             direct_reflected=keep_columns(transfer.direct_reflected, len(bare.suns)),
             record=replace(transfer.record, interrupted=bare.record.interrupted),
         )
-    return replace(transfer, bare=bare, leaf_months=trees.setting.months)
+    return replace(transfer, bare=bare, leaf_months=foliage.months)

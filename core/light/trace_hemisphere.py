@@ -178,7 +178,7 @@ def look_at_source(city, source, rows, covered, sequence):
     Parameters
     ----------
     city : RayCity
-    source : SkySource
+    source : HorizonBand
     rows : (c,) int
         The patches.
     covered : (c, CELL_DIVISIONS²) bool

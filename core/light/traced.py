@@ -190,7 +190,7 @@ class RayCity:
     elements: int = 1  # of each patch: 1, 4 or 16
     starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
     terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
-    sources: tuple = ()  # of SkySource: further parts of the sky that patches look at
+    sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
     rays_share: int = 4  # hemisphere rays for each ray towards one of them
 
 

@@ -155,9 +155,9 @@ def scale_direct(parts, growth):
 
 @dataclass
 class SourceLight:
-    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sky.sky_source`)."""
+    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sun.horizon_band`)."""
 
-    view_factor: np.ndarray  # (n,) without reflections, at most 1; where nothing stands before it, `SkySource.unshaded`
+    view_factor: np.ndarray  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 

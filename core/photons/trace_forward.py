@@ -27,8 +27,7 @@ from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.request import Request, check_request
 from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
-from ..sun.keep_suns import keep_suns
-from ..sun.suns import Suns, check_suns, end_of_days
+from ..sun.suns import Suns, check_suns, end_of_days, interrupted_suns
 from .emit_photons import Box, box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources

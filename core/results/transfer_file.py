@@ -150,7 +150,7 @@ def describe_state(transfer):
         variables[name] = ("sun", getattr(suns, name))
     attributes = {
         "title": FORMAT,
-        "way": suns.way,
+        "way": suns.sampling,
         "ground_albedo": transfer.ground_albedo,
         "site": json.dumps(finite(vars(site))),
     }

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pyproj
 
+from ..city.classify import find_footprints
 from ..energy.energy import sum_potential
 from ..settings.progress import silent
 from .columns import column_values, tabled_columns

@@ -111,7 +111,7 @@ def check_portable(source, transfer):
     ------
     InputError
     """
-    way, count = transfer.suns.way, len(transfer.suns)
+    way, count = transfer.suns.sampling, len(transfer.suns)
     problem = cure = None
     if not way.startswith("sky-grid"):
         problem = f"was traced with --suns {way}, which holds for one latitude only"

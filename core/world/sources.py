@@ -9,7 +9,8 @@ from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import LABEL, NAMES, clear_sky
+from ..weather.climate import INTERVAL, LABEL, NAMES, clear_sky, look_up_altitude, make_climates
+from ..weather.climate_grid import look_up_normals
 from ..weather.weather import Record
 from .read_era5_grid import point_of_block, read_block
 

@@ -8,6 +8,7 @@ from mathutils import Vector
 from steps import colours_of
 
 from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
+from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import (
     KIND_CODES,
     TITLES,

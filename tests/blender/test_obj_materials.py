@@ -5,6 +5,7 @@ import pytest
 from steps import run
 
 from citypv.core.patches.materials import MaterialSpec, named_material
+from citypv.core.read.read_city import read_city
 from citypv.operators.city.read_materials import read_finish
 from citypv.operators.result.keep_report import find_row
 from citypv.operators.session import find_session

@@ -17,10 +17,8 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import CancelledError, silent
 from citypv.core.settings.request import Request
-from citypv.core.sun.keep_suns import keep_suns
-from citypv.core.sun.spread_suns import spread_suns
 from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
-from citypv.core.sun.suns import end_of_days
+from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
 from citypv.core.weather.read_weather import read_weather
 
 BERLIN = (52.5, 13.4)

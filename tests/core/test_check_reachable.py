@@ -14,7 +14,7 @@ from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 
 CITY = ["--weather", "clear-sky", "--threads", "1"]
 

@@ -15,6 +15,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_summary import describe_years, sum_totals
+from citypv.core.results.write_tables import write_buildings, write_groups, write_series
 from citypv.core.settings.presets import METHODS, settings_of_method
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns

@@ -15,6 +15,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.sun.read_horizon import read_horizon_table

@@ -6,6 +6,7 @@ import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read.read_terrain import read_terrain
 from citypv.core.settings.progress import silent

@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 
+from citypv.core.city.locate_site import locate_site, note_outside_use
 from citypv.core.city.transform_crs import convert_to_metres, name_crs
 from citypv.core.settings.errors import InputError
 

@@ -14,7 +14,7 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 
 REQUEST = Request(weather="clear-sky", threads=1, patch_size=2.0, samples=64, shadow_samples=4, report="all")
 STAND_INS = 40

@@ -27,7 +27,7 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 
 SIDE = 40  # tiles of a metre
 

@@ -12,7 +12,7 @@ from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 
 pytestmark = pytest.mark.once
 

@@ -7,6 +7,7 @@ from flat_roofs import fronts_in, rectangle, roof, rows_of, scene_with
 
 from citypv.core.city.place_rows import THICKNESS
 from citypv.core.city.racks import Racks, city_with_racks, parse_racks
+from citypv.core.city.scene import surface_of_triangles
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import stand_city

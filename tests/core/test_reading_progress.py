@@ -23,7 +23,7 @@ from citypv.core.energy.pv_system import default_system
 from citypv.core.light import kept_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
-from citypv.core.results.transfer_file import read_transfer
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_cityjson import write_cityjson
 from citypv.core.results.write_gltf import write_gltf
 from citypv.core.results.write_tables import write_faces

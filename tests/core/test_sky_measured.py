@@ -20,6 +20,8 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.transfer import SourceLight
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns

@@ -14,7 +14,7 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 
 SIDE, STEP, TILE = 9, 28.0, 40.0
 REQUEST = Request(weather="clear-sky", threads=1, samples=256, shadow_samples=16, max_bounces=3)

@@ -17,6 +17,8 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request, check_request
 from citypv.core.study import compute_energy, read_year, trace_scene
 

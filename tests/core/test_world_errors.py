@@ -9,6 +9,7 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
+from citypv.core.light.transfer import ErrorParts, SourceLight
 from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.weather.read_weather import read_weather

@@ -13,6 +13,7 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]

@@ -11,12 +11,13 @@ from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
-from citypv.core.city.build_ground import build_ground
-from citypv.core.city.build_scene import build_scene
+from citypv.core.city.build_ground import PlacedCity, build_ground
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.build_terrain import build_terrain
 from citypv.core.city.classify import classify, measure_tilt
 from citypv.core.city.find_feet import find_feet
 from citypv.core.city.grid_cells import split_into_cells
+from citypv.core.city.locate_site import AS_IN_FILES
 from citypv.core.city.polygons import triangulate
 from citypv.core.city.refine import refine_triangles
 from citypv.core.city.terrain import Layer, Terrain, measure_heights
@@ -171,7 +172,7 @@ def test_broken_suns_to_match():
     for number in NUMBERS:
         broken = replace(suns, direction=spoiled(suns.direction, (3, 1), number))
         refused("direction of the suns: row 3 is", match_suns, broken, *year)
-    refused("the way 'moon' is unknown", match_suns, replace(suns, way="moon"), *year)
+    refused("the way 'moon' is unknown", match_suns, replace(suns, sampling="moon"), *year)
     for words, one, count in (
         ("suns: none was traced", suns, 0),
         ("3 directions of sky-grid:64", choose_suns("sky-grid:64", *year), 3),

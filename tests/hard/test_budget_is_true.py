@@ -22,7 +22,7 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree
+from citypv.core.light.prepare_scene import build_tree
 from citypv.core.weather.read_weather import read_weather
 
 LEVEL = 0.95

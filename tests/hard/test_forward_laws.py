@@ -13,6 +13,7 @@ from citypv.core.city.refine import refine_triangles
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SCENES = draw_count(200, 25, 4)

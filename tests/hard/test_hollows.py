@@ -12,6 +12,7 @@ from towns import box, boxes, city_of_polygons
 from citypv.core.city.build_scene import build_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.slow

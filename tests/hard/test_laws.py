@@ -14,11 +14,10 @@ from towns import city_of_polygons, moved, turned
 from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
-from citypv.core.light.sun_visibility import sun_visibility
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.law

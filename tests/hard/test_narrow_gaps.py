@@ -12,15 +12,14 @@ from test_walls_that_touch import follow_paths
 from thorough import draw_count
 from towns import boxes
 
-from citypv.core.city.build_scene import build_scene
 from citypv.core.commands.hard_checks import narrow_gap
-from citypv.core.light.light_errors import ABRUPT, remaining_error
+from citypv.core.light.light_errors import ABRUPT, remaining_error, SMOOTH
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.radiosity.patch_size_errors import SMOOTH
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 ERRORS = 3.0  # stated ones that gather may be off by

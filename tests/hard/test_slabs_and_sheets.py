@@ -14,6 +14,7 @@ from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]

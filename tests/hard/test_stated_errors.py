@@ -11,10 +11,10 @@ import pytest
 from real_cities import SUNS
 from towns import boxes
 
-from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import choose_suns

@@ -19,6 +19,7 @@ from citypv.core.patches.fates_of_rays import meets_back
 from citypv.core.patches.find_covered import lie_in_earth
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 BOUNCES = 3

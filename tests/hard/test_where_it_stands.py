@@ -8,12 +8,14 @@ from closed import box, room
 from scenes import join, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved, turned
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.transform_crs import convert_to_metres
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.rays.sample_points import sobol_digits
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SUNS = np.array([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])

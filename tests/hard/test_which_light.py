@@ -14,6 +14,7 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import clear_sky

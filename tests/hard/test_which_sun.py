@@ -9,6 +9,7 @@ from towns import turned
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
