@@ -175,7 +175,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     bins = bin_pieces(pieces, settings.tile)
     built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
-    settled, terrain = settle(prepared.plan, request), prepared.plan["terrain-horizon"]
+    settled, terrain = settle(prepared, request), terrain_alone(prepared.plan)
     shared = pickle.dumps(Run(settled, prepared.suns, weather, city, terrain), protocol=5)
     run_path = folder / f"run_{hashlib.sha256(shared).hexdigest()[:KEY_LENGTH]}.pickle"
     run_path.write_bytes(shared)
@@ -200,11 +200,17 @@ def make_tasks(scene, squares, inputs, folder, lists):
         yield str(run_path), str(path), str(result), threads
 
 
-def settle(plan, request):
-    """The request with the decisions of the plan for the whole, so that every tile takes them over: Request."""
+def settle(prepared, request):
+    """The request with what is decided for the whole, so that every tile takes it over: Request.
+
+    A tile alone would find a number of reflections of its own: where none is asked for, all take as many as the
+    brightest albedo calls for.
+    """
+    plan, brightest = prepared.plan, max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo)
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
-    return replace(request, threads=None, horizon=None, max_bounces=plan.max_bounces, effects=effects)
+    bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
+    return replace(request, threads=None, horizon=None, max_bounces=bounces, effects=effects)
 
 
 def describe_tiles(tiles, figures, settings):

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from small_city import HEAD, house
 
+from citypv.core.city.scene import OWN
 from citypv.core.cluster.thin_surroundings import WIDTH, cluster_patches, draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, prepare_whole, surround, take_part
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.rays.random_numbers import mix
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.light.prepare_scene import build_tree
 
 SIDE, STEP, TILE = 9, 28.0, 40.0
 REQUEST = Request(weather="clear-sky", threads=1, samples=256, shadow_samples=16, max_bounces=3)
