@@ -11,7 +11,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..core.results.draw_sun_path import DAYS
+from ..operators.light.plan_trace import DAYS
 from ..operators.attributes import TITLES, VIEWS
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS

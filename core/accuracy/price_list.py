@@ -12,14 +12,13 @@ import numpy as np
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..light.prepare_scene import prepare_scene
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.transfer import take_rows
 from ..settings.presets import PRESETS
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
-from ..light.prepare_scene import build_tree
 from .pilot import CityYear, PilotRun, run_pilot, terms_before_suns, terms_of_suns
 from .sun_sampling import FEWER, LOOKED_AT, TracedYear, fill_untraced, measure_ways, name_groups, shares_of_names
 from .yield_errors import SAMPLED, SOURCES

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
 from ..effects.beyond_scene import share_terrain
-from ..light.prepare_scene import prepare_scene
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.transfer import take_rows
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
@@ -28,7 +28,6 @@ from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
-from ..light.prepare_scene import build_tree
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 

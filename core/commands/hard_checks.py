@@ -23,7 +23,7 @@ ROOF, SOUTH, EAST, WEST = (24 + np.arange(2) + 2 * side for side in (0, 2, 4, 5)
 # Underside of a square slab of 10 m, 3 m above open ground, three reflections: numeric radiosity in squares of 0.25 m.
 UNDERSIDE = 0.1495
 SLOT = (6 + 1.5 - np.hypot(1.5, 6)) / (2 * 6)  # crossed strings
-UTM = (390_000.0, 5_818_000.0, 30.0)
+UTM = (389_120.0, 5_816_320.0, 30.0)  # whole squares of the ground
 SIDES = ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
 
 

@@ -10,11 +10,11 @@ from ..accuracy.measure_effects import measure_effects
 from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
 from ..energy.pv_system import build_system
+from ..light.prepare_scene import build_tree
 from ..results.write_summary import finite
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..study import check_tracing, prepare_study, read_scene, read_year
-from ..light.prepare_scene import build_tree
 
 
 def list_effects(paths, request, progress):

@@ -18,6 +18,7 @@ from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tile
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..light.kept_matrix import is_on_disk
+from ..light.prepare_scene import build_tree
 from ..light.transfer import Round
 from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
@@ -42,7 +43,6 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..light.prepare_scene import build_tree
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget

@@ -13,9 +13,8 @@ import numpy as np
 
 from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import Knobs, price_city
-from ..light.prepare_scene import prepare_scene
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..settings.request import option_of
-from ..light.prepare_scene import build_tree
 from .refine_run import ADAPTIVE, MOMENT
 
 CHOICES = {  # what each free setting may be, cheapest first

@@ -6,6 +6,7 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.presets import PRESET_WORDS, PRESETS
+from ...core.settings.request import Request
 from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
 from ..city.read_settings import read_settings
@@ -16,6 +17,7 @@ from ..session import find_city, find_own_city, find_session
 PLAN = PREFIX + "plan"  # property of the city
 PRICES = PREFIX + "prices"  # property of the city
 NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
+DAYS = int(Request.suns.partition(":")[2])  # traced by default
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 
 
@@ -155,8 +157,6 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
 
 def properties_of_preset(preset):
     """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
-    from ...core.settings.request import Request
-
     named = sorted({name for settings in PRESETS.values() for name in settings})
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
     way, _, number = chosen.pop("suns").partition(":")

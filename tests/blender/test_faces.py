@@ -7,7 +7,6 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.city.scene import Scene
 from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import (
     KIND_CODES,

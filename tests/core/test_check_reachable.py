@@ -12,9 +12,9 @@ from citypv.core.accuracy.check_reachable import check_reachable, find_cure
 from citypv.core.accuracy.pilot import CityYear
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
+from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
-from citypv.core.light.prepare_scene import build_tree
 
 CITY = ["--weather", "clear-sky", "--threads", "1"]
 

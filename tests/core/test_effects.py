@@ -19,7 +19,6 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year
-from citypv.core.sun.plausible_years import even_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

@@ -18,10 +18,10 @@ from weathers import BERLIN, plain_table, year_of
 from citypv.core.accuracy.measure_effects import MOST, compare_light, measure_effects
 from citypv.core.accuracy.pilot import CityYear, choose_neighbourhood
 from citypv.core.effects.plan_effects import describe_plan
+from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.weather.weather import Weather
 
 CHEAP = {"samples": 256, "shadow_samples": 16, "threads": 1, "sky": "isotropic"}

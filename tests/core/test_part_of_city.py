@@ -7,14 +7,13 @@ import pytest
 from small_city import HEAD, house, surface
 
 from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches, spread_transfer
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.light.prepare_scene import build_tree
 
 REQUEST = Request(weather="clear-sky", threads=1, patch_size=2.0, samples=64, shadow_samples=4, report="all")
 STAND_INS = 40

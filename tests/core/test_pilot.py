@@ -23,11 +23,10 @@ from citypv.core.accuracy.pilot import (
 from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.light.prepare_scene import build_tree
 
 SIDE = 40  # tiles of a metre
 

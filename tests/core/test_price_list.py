@@ -9,10 +9,9 @@ from small_city import HEAD, house, write_small_city
 
 from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import split_errors
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
-from citypv.core.light.prepare_scene import build_tree
 
 pytestmark = pytest.mark.once
 

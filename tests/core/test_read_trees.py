@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, house, instance, model, read, solid
 
-from citypv.core.city.build_scene import build_scene
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
 from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.commands.command_line import main
@@ -190,6 +190,6 @@ def test_a_height_of_cityjson_that_is_no_number(tmp_path, height):
 def test_trees_stay_where_large_polygons_are_cut_and_alone_are_refused(tmp_path):
     objects = {"yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
     city = read(tmp_path, model({"house": house(solid()), **objects}))
-    assert len(build_scene(city, latitude=50, longitude=8, grid_size=1.0).trees) == 1
+    assert len(build_scene(city, latitude=50, longitude=8, options=SceneOptions(grid_size=1.0)).trees) == 1
     with pytest.raises(InputError, match=r"no buildings, only vegetation \(1\); give the file with the buildings too"):
         read(tmp_path, model(objects))

@@ -15,14 +15,13 @@ from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, ref
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.transfer import Round
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.weather.read_weather import read_weather
 
 LEVEL = 0.95

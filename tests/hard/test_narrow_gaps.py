@@ -13,7 +13,7 @@ from thorough import draw_count
 from towns import boxes
 
 from citypv.core.commands.hard_checks import narrow_gap
-from citypv.core.light.light_errors import ABRUPT, remaining_error, SMOOTH
+from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
