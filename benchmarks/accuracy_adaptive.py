@@ -12,8 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from citypv.core.accuracy.choose_counted import choose_counted
-from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import build_tree, prepare_scene

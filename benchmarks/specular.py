@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.files.read_city import read_city
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
