@@ -11,11 +11,11 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..operators.light.plan_trace import DAYS
 from ..operators.attributes import TITLES, VIEWS
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, use_cache_folder
+from ..operators.light.plan_trace import DAYS
 from ..operators.picture.show_result import follow_choice, follow_side_by_side, follow_switch
 from ..operators.picture.timeline import TIMED, follow_timeline_show
 

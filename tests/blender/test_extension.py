@@ -87,7 +87,7 @@ def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_pa
         *("__init__.py", "__main__.py", "LICENSE", "blender_manifest.toml", "core", "operators", "citypv_addon"),
         "examples",
     }
-    tables = ("climate/climate_grid", "world/coast_lines")
+    tables = ("weather/climate_grid", "world/coast_lines")
     data = {f"core/{name}.{ending}" for name in tables for ending in ("npz", "LICENSES.txt")}
     berlin = "ATTRIBUTION.md", "berlin_3910_5817.gml", "era5_berlin_2017.nc"
     data |= {"core/rays/loops.txt", *(f"examples/berlin/{name}" for name in berlin)}

@@ -141,10 +141,6 @@ def test_an_error_in_progress_ends_the_task():
         trace_gather(three_houses(), SUNS, Request(), stop)
 
 
-def import_effect(key):
-    return import_module(f"citypv.core.effects.{key.replace('-', '_')}")
-
-
 def test_plan_says_why():
     scene = three_houses()
     from citypv.core.patches.patches import patches_of_scene

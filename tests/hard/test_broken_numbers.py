@@ -13,7 +13,7 @@ from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_ti
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
 from citypv.core.light.sun_sampling_error import trace_sun_samples
-from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
@@ -157,9 +157,8 @@ def test_broken_shadow_rays():
 
     def look(**changed):
         arrays = good | changed
-        first = [arrays.pop(name) for name in ("traced", "unobstructed", "covered")]
-        rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
-        return sun_visibility(ray_scene, PATCHES, *first, **arrays, **rest)
+        suns = arrays.pop("suns")
+        return sun_visibility(SunWatch(ray_scene, PATCHES, **arrays), suns)
 
     assert np.isfinite(look().visible_share).all()
     for name, value in (
@@ -185,7 +184,7 @@ def test_broken_reflections():
     rows = factors.rows[0]
     rows = {
         (name, value): replace(rows, **{name: spoiled(getattr(rows, name), 7, value).astype(int)})
-        for name, value in (("key", -1), ("key", 10**9), ("count", 255))
+        for name, value in (("key", -1), ("key", 10**9))
     }
     for name, arrays in (
         ("first: row 2 is", (factors, factor, spoiled(light, (2, 0), np.nan), light)),

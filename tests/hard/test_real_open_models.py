@@ -10,7 +10,7 @@ from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays, meets_in_double
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.sun_visibility import sun_visibility
+from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
@@ -139,9 +139,8 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
     _, found = look(town)
     ray_scene, traced = RayScene(scene.vertices, scene.triangles), np.isin(np.arange(len(patches)), rows)
-    suns, nothing = (SUNS.astype(np.float32), np.ones(3, np.float32) / 3), np.zeros(len(patches), bool)
-    settings = {"point_count": 1024, "suns": suns, "behind": False, "threads": 2, "progress": lambda share, rays: None}
-    light = sun_visibility(ray_scene, patches, traced, nothing, found.covered, **settings)
+    watch = SunWatch(ray_scene, patches, traced, np.zeros(len(patches), bool), found.covered, 1024, threads=2)
+    light = sun_visibility(watch, (SUNS.astype(np.float32), np.ones(3, np.float32) / 3))
     lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
     shares = light.visible_share[rows]
     assert 0.05 < lit.mean() < 0.6
