@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from citypv.core.city import lay_ground
 from citypv.core.city.build_ground import build_ground
 from citypv.core.cluster.tiles import assign_tiles, prepare_whole
 from citypv.core.cluster.trace_part import trace_part
@@ -218,7 +219,7 @@ def measure_ground(city, request, options):
             build_ground(*arguments, **more)
             raise GroundBuiltError(time.process_time() - started)
 
-        building.build_ground = timed
+        lay_ground.build_ground = timed
         try:
             place_city(whole, request)
         except GroundBuiltError as built:
