@@ -208,7 +208,7 @@ def settle(prepared, request):
     A tile alone would find a number of reflections of its own: where none is asked for, all take as many as the
     brightest albedo calls for.
     """
-    plan, brightest = prepared.plan, max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo)
+    plan, brightest = prepared.plan, max(float(np.max(found.brdf.albedo)) for found in prepared.materials)
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
