@@ -12,7 +12,7 @@ from ..sun.plausible_years import clear_irradiance
 
 DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 
-# Days on which the sun would give this [Wh/m²] outside the atmosphere have light: of 25 years of 17 real records the
+# Days on which the sun would give this [Wh/m²] outside the atmosphere have light: of 23 years of 17 real records the
 # darkest had a clearness of 0.028. Up to three days of zeros a year are in records of weather services.
 LIT_DAY, LEAST_CLEARNESS, MOST_DARK_DAYS = 1500.0, 0.01, 5
 # Light [Wm⁻²] while the sun is below civil twilight; none in real records.
