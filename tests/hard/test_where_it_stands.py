@@ -38,13 +38,13 @@ PLACES_OF_GROUND = {
 }
 
 
-def build_town(place=None, ground="none"):
+def build_town(place=lambda points: points, ground="none"):
     polygons, thematic, building = draw_town()
     if ground == "auto":
         kept = [index for index, kind in enumerate(thematic) if kind != "TINRelief"]
         polygons, thematic, building = ([rows[index] for index in kept] for rows in (polygons, thematic, building))
     city = city_of_polygons(polygons, thematic, building)
-    city.points = city.points if place is None else PLACES[place](city.points)
+    city.points = place(city.points)
     return build_scene(city, 52.5, 13.4, ground=ground)
 
 
@@ -75,7 +75,7 @@ ELSEWHERE = ["Gauss-Krüger", "1e7", "3000 m up"]
 )
 def test_the_same_town_anywhere(place):
     before, reference = at_origin()
-    scene = build_town(place)
+    scene = build_town(PLACES[place])
     transfer = trace_town(scene, turned(SUNS, 37) if "37" in place else SUNS)
     area = scene.surfaces.area
     assert area == pytest.approx(before.surfaces.area, rel=1e-6)
@@ -89,7 +89,7 @@ def test_the_same_town_anywhere(place):
 @pytest.mark.parametrize("place", PLACES_OF_GROUND)
 def test_generated_ground_is_the_same_anywhere(place):
     before, _ = at_origin("auto")
-    scene = build_town(place, ground="auto")
+    scene = build_town(PLACES_OF_GROUND[place], ground="auto")
     assert np.array_equal(scene.triangles, before.triangles)
     assert scene.vertices == pytest.approx(before.vertices, abs=1e-9)
 
