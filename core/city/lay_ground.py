@@ -54,7 +54,15 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
         heights = measure_heights(moved, places), nearest_heights(moved, places, NEAR)
         if options.terrain is not None or np.isfinite(heights).any():
             laid = build_terrain(feet, placed.points, moved, patch_size, reach, site=scene.site)
-            return stand_on_terrain(scene, laid), feet.hanging
+            for reason, polygons in (
+                ("ends above the terrain, extended down to it", laid.raised),
+                ("continues below the terrain, cut off at it", laid.below_ground),
+                ("footprint above the ground, which continues below it", laid.hanging),
+            ):
+                scene.report.repair(reason, [scene.surfaces.surface_id[k] for k in polygons])
+            notes += laid.notes
+            scene = join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
+            return replace(scene, terrain_laid=True), feet.hanging
         notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
     known = height_of_own_ground(scene)
     if ground == "none":
@@ -86,19 +94,6 @@ def height_of_own_ground(scene):
         return np.where(height > -np.inf, height, np.nan)
 
     return ground_height
-
-
-def stand_on_terrain(scene, ground):
-    """The scene on measured Ground; its report says what was done at the feet of walls."""
-    names = scene.surfaces.surface_id
-    for reason, polygons in (
-        ("ends above the terrain, extended down to it", ground.raised),
-        ("continues below the terrain, cut off at it", ground.below_ground),
-        ("footprint above the ground, which continues below it", ground.hanging),
-    ):
-        scene.report.repair(reason, [names[k] for k in polygons])
-    scene.report.notes += ground.notes
-    return replace(join_ground(scene, ground.vertices, ground.triangles, ground.hidden), terrain_laid=True)
 
 
 def join_ground(scene, vertices, triangles, hidden=False):
