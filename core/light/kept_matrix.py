@@ -46,7 +46,12 @@ def keep_matrix(shape, folder=None):
     handle, path = tempfile.mkstemp(prefix=".citypv-", suffix=".matrix", dir=folder)
     try:
         with os.fdopen(handle, "wb") as file:
-            reserve_room(file, count)
+            # A full disk raises an error now and not a signal later.
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(handle, 0, count)
+            else:
+                for start in range(0, count, ZEROS):
+                    file.write(bytes(min(ZEROS, count - start)))
         matrix = np.memmap(path, np.float32, "r+", shape=shape[::-1])
     except BaseException:
         Path(path).unlink()
@@ -56,16 +61,6 @@ def keep_matrix(shape, folder=None):
     else:
         Path(path).unlink()
     return matrix.T
-
-
-def reserve_room(file, count):
-    """Preallocate so many bytes of a file, so that a full disk raises an error now and not a signal later."""
-    if hasattr(os, "posix_fallocate"):
-        os.posix_fallocate(file.fileno(), 0, count)
-        return
-    zeros = bytes(ZEROS)
-    for start in range(0, count, ZEROS):
-        file.write(zeros[: count - start])
 
 
 def is_on_disk(matrix):

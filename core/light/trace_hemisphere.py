@@ -161,7 +161,12 @@ def follow_rays(city, covered, rays):
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is not None:
-        stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
+        # Each replicate has random numbers of its own.
+        shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
+        places = Places(*(part.reshape(shape) for part in hits))
+        wanted = fate.reshape(shape) <= FRONT
+        sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
+        fate[stop_in_crowns(ray_scene, patches, sent, places, wanted).reshape(fate.shape)] = LEAVES
     return hits, fate
 
 
@@ -221,15 +226,6 @@ def source_rays(patches, source, chosen, sequence, *, share):
     b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
-
-
-def stop_at_leaves(ray_scene, patches, rays, places, fate):
-    """Change the fate of rays that crowns stop to LEAVES. Each replicate has random numbers of its own."""
-    shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
-    rays = tuple(part.reshape(*shape, 3) for part in rays)
-    places = Places(*(part.reshape(shape) for part in places))
-    stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
-    fate[stopped.reshape(fate.shape)] = LEAVES
 
 
 @njit(nogil=True, cache=True)
