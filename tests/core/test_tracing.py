@@ -24,16 +24,6 @@ def three_houses():
     return join([ground, *houses])
 
 
-def test_seed_changes_the_noise_only():
-    scene = three_houses()
-    one, other = (trace_gather(scene, SUNS, Request(seed=seed), silent) for seed in (0, 1))
-    difference = one.diffuse_relative - other.diffuse_relative
-    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)
-    assert np.abs(difference).max() > 0
-    noisy = error > 0
-    assert (np.abs(difference[noisy]) < 10 * error[noisy]).mean() > 0.95
-
-
 def test_a_new_building_never_adds_direct_light():
     before = three_houses()
     alone = trace_gather(before, SUNS, Request(max_bounces=0, shadow_samples=64), silent)
