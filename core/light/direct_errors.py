@@ -65,38 +65,22 @@ def variance_of_points(nets, covered, unshaded):
     -------
     (p,) float64
         NaN for a single point.
+
+    Notes
+    -----
+    Where part of a patch is covered, few points may all lie on one side of the edge of that part, and agree. A straight
+    edge crosses about √m of m strata, in each of which a point lies on either side at random.
     """
     count = sum(light.shape[1] for light in nets)
     variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
     partly = np.flatnonzero((covered > 0) & (covered < 1))
-    by_point = np.concatenate([light[partly] for light in nets], axis=1)
-    least = variance_of_cover(by_point, covered[partly], unshaded[partly])
+    by_point, covered = np.concatenate([light[partly] for light in nets], axis=1), covered[partly]
+    lit = (by_point > 0).sum(axis=1)
+    light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
+    light = np.where(lit > 0, light, unshaded[partly] / (1 + count * (1 - covered)))  # by the rule of succession
+    least = EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
     variance[partly] = np.maximum(variance[partly], least)
     return variance
-
-
-def variance_of_cover(by_point, covered, unshaded):
-    """Variance of the mean light of patches by the number of points that happen to lie in the open.
-
-    Where part of a patch is covered, few points may all lie on one side of the edge of that part, and agree. A straight
-    edge crosses about √m of m strata, in each of which a point lies on either side at random.
-
-    Parameters
-    ----------
-    by_point : (p, m) float32
-    covered : (p,) float
-        Covered share.
-    unshaded : (p,) float
-        Light of a point in the open that nothing shades.
-
-    Returns
-    -------
-    (p,) float64
-    """
-    count, lit = by_point.shape[1], (by_point > 0).sum(axis=1)
-    light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
-    light = np.where(lit > 0, light, unshaded / (1 + count * (1 - covered)))  # by the rule of succession
-    return EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
 
 
 def spread_of_elements(by_point, representative_points, covered):
@@ -119,7 +103,9 @@ def spread_of_elements(by_point, representative_points, covered):
     """
     spread = spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
-    filled = fill_dark(by_point[partly])
+    filled = by_point[partly]  # dark points get the mean of those that are lit
+    mean = filled.sum(axis=1, keepdims=True) / np.maximum((filled > 0).sum(axis=1, keepdims=True), 1)
+    filled = np.where(filled > 0, filled, mean).astype(np.float32)
     spread[partly] = spread_of_points(filled)
     spread = np.take_along_axis(spread, representative_points.astype(np.intp), axis=1)  # (p, cells)
     # In a cell on the edge of the covered part, the representative point may lie on the wrong side of it.
@@ -152,13 +138,6 @@ def deviations_of_spread(spread, keys):
         sign = 1 - 2 * ((bits >> np.uint64(replicate)) & np.uint64(1)).astype(np.float32)
         deviation[:, :, replicate] = np.rint(sign * spread / step)
     return Deviations(deviation, step)
-
-
-def fill_dark(by_point):
-    """Replace dark points by the mean of the lit points of their patch: (p, m) float32."""
-    lit = by_point > 0
-    mean = by_point.sum(axis=1) / np.maximum(lit.sum(axis=1), 1)
-    return np.where(lit, by_point, mean[:, None]).astype(np.float32)
 
 
 def spread_of_points(by_point):

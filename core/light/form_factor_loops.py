@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from .traced import REPLICATE_BITS
 
 NONE, ONE = np.float32(0), np.float32(1)
 
@@ -62,18 +61,6 @@ def add_single(rows, scale, product, factor, light):
         for entry in range(start[row], start[row + 1]):
             total += factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
         product[chosen[row], 0] = share * total
-
-
-@njit(nogil=True, cache=True)
-def add_starts(rows, scale, product, radiosity):
-    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by the cells in which the rays start."""
-    (chosen, start, key), (_, to_cell, share) = rows, scale
-    for row in range(len(chosen)):
-        total = product[chosen[row]]
-        total[:] = 0
-        for entry in range(start[row], start[row + 1]):
-            begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
-            total[begun] += share * radiosity[key[entry] >> to_cell]
 
 
 @njit(nogil=True, cache=True)
@@ -135,16 +122,17 @@ def add_patches(chosen, links, product, light, sums):
 
 
 @njit(nogil=True, cache=True)
-def add_elements(rows, scale, product, radiosity):
-    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate."""
+def add_elements(rows, scale, product, radiosity, shift):
+    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or start: the last bits of
+    a key without those of `shift`."""
     (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += radiosity[key[entry] >> to_cell]
-        for replicate in range(HEMISPHERE_REPLICATES):
-            total[replicate] *= share
+            total[(key[entry] >> shift) & (len(total) - 1)] += radiosity[key[entry] >> to_cell]
+        for column in range(len(total)):
+            total[column] *= share
 
 
 @njit(nogil=True, cache=True)

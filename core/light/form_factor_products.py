@@ -9,11 +9,11 @@ from .form_factor_loops import (
     add_elements,
     add_patches,
     add_single,
-    add_starts,
     add_steps,
     add_visible,
     link_patches,
 )
+from .traced import REPLICATE_BITS
 
 
 def multiply(form_factors, factor, light, threads=1):
@@ -103,9 +103,8 @@ def multiply_elements(form_factors, factor, light, threads=1):
         Replicates separately.
     """
     radiosity = radiosity_of_cells(form_factors, factor, light)
-    return run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity) * np.float32(
-        HEMISPHERE_REPLICATES
-    )
+    product = run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity, 0)
+    return product * np.float32(HEMISPHERE_REPLICATES)
 
 
 def multiply_steps(form_factors, factor, light, threads=1):
@@ -144,9 +143,8 @@ def multiply_starts(form_factors, factor, light, threads=1):
     (p, starts) float32
         Their sum is the light of the patch.
     """
-    return run_rows(
-        form_factors, form_factors.starts, threads, add_starts, radiosity_of_cells(form_factors, factor, light)
-    )
+    radiosity = radiosity_of_cells(form_factors, factor, light)
+    return run_rows(form_factors, form_factors.starts, threads, add_elements, radiosity, REPLICATE_BITS)
 
 
 def radiosity_of_cells(form_factors, factor, light):

@@ -46,7 +46,12 @@ def keep_matrix(shape, folder=None):
     handle, path = tempfile.mkstemp(prefix=".citypv-", suffix=".matrix", dir=folder)
     try:
         with os.fdopen(handle, "wb") as file:
-            reserve_room(file, count)
+            # A full disk raises an error now and not a signal later.
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(handle, 0, count)
+            else:
+                for start in range(0, count, ZEROS):
+                    file.write(bytes(min(ZEROS, count - start)))
         matrix = np.memmap(path, np.float32, "r+", shape=shape[::-1])
     except BaseException:
         Path(path).unlink()
@@ -56,16 +61,6 @@ def keep_matrix(shape, folder=None):
     else:
         Path(path).unlink()
     return matrix.T
-
-
-def reserve_room(file, count):
-    """Preallocate so many bytes of a file, so that a full disk raises an error now and not a signal later."""
-    if hasattr(os, "posix_fallocate"):
-        os.posix_fallocate(file.fileno(), 0, count)
-        return
-    zeros = bytes(ZEROS)
-    for start in range(0, count, ZEROS):
-        file.write(zeros[: count - start])
 
 
 def is_on_disk(matrix):
@@ -118,8 +113,8 @@ def cover_of_surfaces(patch_to_surface, covered_share):
     return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - TIE) / COVER_STEPS
 
 
-def average_surfaces(patch_to_surface, values, threads, out=None):
-    """Means over surfaces, in float32.
+def average_surfaces(patch_to_surface, values, threads, out):
+    """Write means over surfaces, in float32.
 
     Parameters
     ----------
@@ -127,28 +122,22 @@ def average_surfaces(patch_to_surface, values, threads, out=None):
         Of `area_means`.
     values : (p, s) float32
     threads : int
-    out : (n, s) float32, optional
-        Array to write to.
-
-    Returns
-    -------
-    (n, s) float32
+    out : (n, s) float32
+        Written.
     """
-    means = np.empty((patch_to_surface.shape[0], values.shape[1]), np.float32) if out is None else out
 
     def average(first):
-        last = min(first + ROWS_PER_TASK, len(means))
+        last = min(first + ROWS_PER_TASK, len(out))
         add_rows(
             patch_to_surface.indptr[first : last + 1],
             patch_to_surface.indices,
             patch_to_surface.data,
             values,
-            means[first:last],
+            out[first:last],
         )
 
-    for _ in map_in_order(average, range(0, len(means), ROWS_PER_TASK), threads):
+    for _ in map_in_order(average, range(0, len(out), ROWS_PER_TASK), threads):
         pass
-    return means
 
 
 @njit(nogil=True, cache=True)

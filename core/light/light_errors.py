@@ -19,8 +19,8 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside
 from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
-from .solve_radiosity import exchange_of, variance_of_replicates
-from .transfer import Uneven
+from .solve_radiosity import exchange_of
+from .transfer import Uneven, variance_of_mean
 
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
 SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
@@ -55,15 +55,13 @@ def propagate_deviations(context, traced, first, arrived):
     total = multiply_columns(traced.form_factors, albedo * first.unit, first.values, context.threads)
     arrived -= arrived.mean(axis=1, keepdims=True)
     arrived += total
-    for _ in range(count_bounces(float(albedo.max(initial=0)), context.bounces) - 1):
+    brightest = float(albedo.max(initial=0))
+    for bounce in range(2, context.bounces + 1):
+        if brightest**bounce < LEAST_SHARE:
+            break
         arrived = exchange.reflect(arrived)
         total += arrived
     return total
-
-
-def count_bounces(albedo, max_bounces):
-    """Number of reflections that carry more than LEAST_SHARE of a deviation at the brightest albedo, at least one."""
-    return next((n for n in range(1, max_bounces) if albedo ** (n + 1) < LEAST_SHARE), max(max_bounces, 1))
 
 
 class Steps(NamedTuple):
@@ -100,7 +98,7 @@ def reflect_elements(context, traced, first):
     steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
     light = np.stack([first, *steps], axis=2)
     first_bounce, by_replicate, received = multiply_steps(form_factors, albedo, light, threads)
-    return first_bounce, Steps(received, variance_of_replicates(by_replicate))
+    return first_bounce, Steps(received, variance_of_mean(by_replicate))
 
 
 def shares_of_cells(covered, cells):
@@ -177,7 +175,7 @@ class LightError:
     @property
     def standard_error(self):
         """Standard error from all three parts: (n,) float64."""
-        return np.sqrt(self.own + variance_of_replicates(self.transported) + self.discretisation**2)
+        return np.sqrt(self.own + variance_of_mean(self.transported) + self.discretisation**2)
 
     def scaled(self, factor):
         """Error of the light times a factor."""
@@ -228,5 +226,5 @@ def patch_size_error(uneven, transported):
     transported : (n, HEMISPHERE_REPLICATES) float64
         The light of cells contains noise, and so do the steps, of the rays that look at it as well.
     """
-    left = remaining_error(uneven.received, variance_of_replicates(transported) + uneven.variance)
+    left = remaining_error(uneven.received, variance_of_mean(transported) + uneven.variance)
     return np.where(np.abs(left) > SMALL_SHARE * uneven.light, left, 0)

@@ -33,10 +33,6 @@ class PreparedScene:
         """What attenuates rays: Canopy, or None without trees."""
         return self.plan.foliage and self.plan.foliage.canopy(self.bare)
 
-    def canopy_of_seasons(self):
-        """The same for an estimator that sends the same rays in both states, in leaf first: Canopy or None."""
-        return self.plan.foliage and self.plan.foliage.canopy(self.bare, both=True)
-
 
 def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):
     """Materials, patches and plan of a scene.

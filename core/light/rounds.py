@@ -20,17 +20,17 @@ from ..sun.horizon import without_hidden
 from ..sun.sky_models import RAYS_SHARE
 from .direct_errors import variance_of_points
 from .form_factor_products import multiply_elements
-from .kept_matrix import keep_matrix, row_blocks
+from .kept_matrix import average_surfaces, keep_matrix, row_blocks
 from .light_errors import patch_size_error
 from .merge_transfers import blend, blend_variance, check_same, merge_light, merge_records, whole_error
 from .shadow_points import shift_points
-from .solve_radiosity import covariance_of_replicates, variance_of_replicates
-from .solve_suns import keep_block, look_at_block, prepare_suns
+from .solve_radiosity import covariance_of_replicates
+from .solve_suns import look_at_block, prepare_suns
 from .sun_blocks import block_of_suns
 from .sun_visibility import projection_in_front
 from .trace_all import prepare_gather, trace_all
 from .traced import SKY_DOME, count_starts
-from .transfer import Emitted, Net, PatchLight, SourceLight, Uneven, own_diffuse, own_direct
+from .transfer import Emitted, Net, PatchLight, SourceLight, Uneven, own_diffuse, own_direct, variance_of_mean
 
 MOST_POINTS = 1024  # of a net; larger ones stay apart
 
@@ -113,8 +113,8 @@ def tell_noise(kept):
     shadow points: four (n,)."""
     squares, points = kept.squares, kept.squares @ kept.points
     return (
-        squares @ variance_of_replicates(kept.diffuse),
-        points + squares @ variance_of_replicates(kept.reflected),
+        squares @ variance_of_mean(kept.diffuse),
+        points + squares @ variance_of_mean(kept.reflected),
         squares @ covariance_of_replicates(kept.reflected, kept.diffuse),
         points,
     )
@@ -156,7 +156,16 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
     sky = traced.sky + receive(context, traced, emitted.sky, request.ground_albedo)
     reflected = receive(context, traced, emitted.suns, emitted.far_ground)
     task = prepare_suns(context, traced, without_hidden(total.suns, prepared.plan.terrain))
-    visible_share, annual, shadow_rays = see_suns(context, task, folder)
+    visible_share = keep_matrix(total.visible_share.shape, folder)
+    annual, shadow_rays = np.zeros((len(context.patches), context.points), np.float32), 0
+    task.progress.bounces = 0
+    for block in task.blocks:
+        task.progress.begin(block)
+        shadows = look_at_block(context, task, block)
+        average_surfaces(context.patch_to_surface, shadows.visible_share, context.threads, visible_share[:, block])
+        annual += shadows.by_point
+        shadow_rays += shadows.ray_count
+        task.progress.end()
     clock.lap("suns")
     light = keep_patches(context, task, prepared.round, (sky, reflected), annual)
 
@@ -167,17 +176,22 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
     to_surface, sources = context.patch_to_surface, {}
     for name, known in total.sources.items():
         first = traced.first[name].light
-        view, error = to_surface @ first.mean(axis=1, dtype=float), to_surface.power(2) @ variance_of_replicates(first)
+        view, error = to_surface @ first.mean(axis=1, dtype=float), to_surface.power(2) @ variance_of_mean(first)
         sources[name] = SourceLight(view, known.relative + view - known.view_factor, np.sqrt(error))
     far = to_surface @ traced.far_ground.mean(axis=1)
     more = gain(reflected, kept.reflected) - emitted.far_ground * (far - total.far_ground_view_factor)
+    annual = total.direct_reflected @ total.suns.weight.astype(np.float32)
+    factor = np.maximum(1 + np.divide(more, annual, out=np.zeros(len(annual)), where=annual > 0), 0).astype(np.float32)
+    scaled = keep_matrix(total.direct_reflected.shape, folder)
+    for rows, values in row_blocks(total.direct_reflected):
+        np.multiply(values, factor[rows, None], out=scaled[rows])
     return replace(
         total,
         sky_view_factor=to_surface @ traced.sky.mean(axis=1),
         far_ground_view_factor=far,
         diffuse_relative=total.diffuse_relative + gain(sky, kept.diffuse),
         visible_share=visible_share,
-        direct_reflected=scale_reflected(total, more, folder),
+        direct_reflected=scaled,
         sources=sources,
         patch_light=light,
         bare=None,
@@ -200,31 +214,6 @@ def receive(context, traced, radiosity, far_ground):
     every = np.ones(len(radiosity), np.float32)
     found = multiply_elements(traced.form_factors, every, radiosity, context.threads)
     return found + np.float32(far_ground) * traced.far_ground
-
-
-def see_suns(context, task, folder):
-    """Visible share of surfaces for every sun, (n, s) float32; annual light at points; and the number of rays."""
-    visible_share = keep_matrix((context.patch_to_surface.shape[0], len(task.suns)), folder)
-    annual, ray_count = np.zeros((len(context.patches), context.points), np.float32), 0
-    task.progress.bounces = 0
-    for block in task.blocks:
-        task.progress.begin(block)
-        shadows = look_at_block(context, task, block)
-        keep_block(context, visible_share, block, shadows.visible_share)
-        annual += shadows.by_point
-        ray_count += shadows.ray_count
-        task.progress.end()
-    return visible_share, annual, ray_count
-
-
-def scale_reflected(total, more, folder):
-    """Reflected light of each sun, with `more`, (n,), in its annual mean: (n, s) float32."""
-    annual = total.direct_reflected @ total.suns.weight.astype(np.float32)
-    factor = 1 + np.divide(more, annual, out=np.zeros(len(annual)), where=annual > 0)
-    factor, scaled = np.maximum(factor, 0).astype(np.float32), keep_matrix(total.direct_reflected.shape, folder)
-    for rows, values in row_blocks(total.direct_reflected):
-        np.multiply(values, factor[rows, None], out=scaled[rows])
-    return scaled
 
 
 def add_continued(total, other):

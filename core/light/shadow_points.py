@@ -61,13 +61,12 @@ def shadow_points(patches, chosen, point_count):
     within all bands parallel to its edges, along which shadows often run.
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    position = np.empty((len(chosen), point_count, 3), np.float32)
-    places = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)
-    lay_points(places, start, patches.edges[chosen], position)
-    return position
+    b1, b2 = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)[..., None]
+    edges = patches.edges[chosen, :, None]
+    return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
 
-def find_points(patches, covered, point_count, wanted, *, rayless, threads=1):
+def find_points(patches, covered, point_count, wanted, threads=1):
     """Which points of patches lie in the open, and which of them stand for which element.
 
     Parameters
@@ -78,8 +77,6 @@ def find_points(patches, covered, point_count, wanted, *, rayless, threads=1):
     point_count : int
     wanted : (p,) bool
         Patches that look at suns.
-    rayless : (p,) bool
-        Of these, those that send no rays to them: only their cells tell which points lie inside or under something.
     threads : int
 
     Returns
@@ -90,17 +87,20 @@ def find_points(patches, covered, point_count, wanted, *, rayless, threads=1):
     is_open = np.ones((count, point_count), bool)
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(elements))).mean(axis=1)
+    divisions = round(np.sqrt(covered.shape[1]))
 
     def find(rows):
         places = places_of_points(patches.key[rows], patches.points_before[rows], point_count)
         in_covered, all_covered = np.zeros((len(rows), point_count), bool), np.zeros((len(rows), elements), bool)
         partly = np.flatnonzero(covered[rows].any(axis=1))
         cells = covered[rows[partly]]
-        cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)
+        cell = cell_of_point(*places[:, partly], divisions).astype(np.intp)
         in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
-        closed = np.where(rayless[rows[partly], None], cells, enclosed_cells(cells))
-        is_open[rows[partly]] = ~np.take_along_axis(closed, cell, axis=1)
-        all_covered[partly] = find_covered_elements(cells, elements)
+        is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
+        if covered.shape[1] >= elements:
+            inside = cells_inside(divisions, round(np.sqrt(elements)))
+            members = np.argsort(inside, kind="stable").reshape(elements, -1)
+            all_covered[partly] = cells[:, members].all(axis=2)
         chosen = np.empty((len(rows), elements), representative_points.dtype)
         choose_representatives(places, (in_covered, all_covered), middles, chosen)
         representative_points[rows] = chosen
@@ -133,16 +133,6 @@ def shift_points(keys, before):
     return shift ^ sobol_points(before)[:, :2]
 
 
-def find_covered_elements(covered, cells):
-    """Larger cells that are fully covered: (c, cells) bool; none if the cells of `covered` are not smaller."""
-    finer = covered.shape[1]
-    if finer < cells:
-        return np.zeros((len(covered), cells), bool)
-    inside = cells_inside(round(np.sqrt(finer)), round(np.sqrt(cells)))
-    members = np.argsort(inside, kind="stable").reshape(cells, -1)
-    return covered[:, members].all(axis=2)
-
-
 @njit(nogil=True, cache=True)
 def place_points(shift, net, places):
     """Barycentric weights of points, one for each rectangle of the unit square, in the order of the rectangles.
@@ -167,18 +157,6 @@ def place_points(shift, net, places):
             u, v = fraction(found[0] ^ turn[0]), fraction(found[1] ^ turn[1])
             places[0, patch, point] = u * HALF if v > u else u - v * HALF
             places[1, patch, point] = v - u * HALF if v > u else v * HALF
-
-
-@njit(nogil=True, cache=True)
-def lay_points(places, start, edges, position):
-    """Positions of points given by barycentric weights, (2, c, m), written into (c, m, 3)."""
-    for patch in range(len(start)):
-        for point in range(places.shape[2]):
-            b1, b2 = places[0, patch, point], places[1, patch, point]
-            for axis in range(3):
-                position[patch, point, axis] = (
-                    start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
-                )
 
 
 @njit(nogil=True, cache=True)

@@ -167,9 +167,15 @@ def iterate_bounces(exchange, arriving, max_bounces, *, far_first=None, first_li
     # The light of the first bounce is not needed after the second: its array accumulates the sum of all.
     reflected, light, spare = arriving, arriving, None
     arrived = np.empty(len(arriving), np.float32)
+
+    def weigh(rows):
+        if far_first is not None:
+            arriving[rows] += far_first[rows]
+        arrived[rows] = np.einsum("ps,s->p", arriving[rows], weight)
+
     for bounce in range(max_bounces):
         if bounce == 0:
-            weigh_light(light, far_first, (weight, arrived), exchange.threads)
+            work_in_slices(weigh, len(light), exchange.threads)
         elif bounce > 1 and bounce + 1 == max_bounces:
             exchange.reflect(light, (weight, arrived), total=reflected)
         else:
@@ -230,42 +236,6 @@ def add_in_slices(total, light, threads):
         total[rows] += light[rows]
 
     work_in_slices(add, len(total), threads)
-
-
-def weigh_light(light, far_first, sums, threads):
-    """Add the light from the far ground to that of the first bounce, and write its sums as in `propagate`."""
-    weight, arrived = sums
-
-    def weigh(rows):
-        if far_first is not None:
-            light[rows] += far_first[rows]
-        weigh_rows(light[rows], weight, arrived[rows])
-
-    work_in_slices(weigh, len(light), threads)
-
-
-@njit(nogil=True, cache=True, fastmath={"reassoc"})
-def weigh_rows(light, weight, arrived):
-    """Weighted sums of rows, written into `arrived`."""
-    for row in range(len(light)):
-        weighted = np.float32(0)
-        for column in range(light.shape[1]):
-            weighted += light[row, column] * weight[column]
-        arrived[row] = weighted
-
-
-def variance_of_replicates(values):
-    """Variance of the mean of independent replicates.
-
-    Parameters
-    ----------
-    values : (p, replicates) float
-
-    Returns
-    -------
-    (p,) float64
-    """
-    return values.astype(float).var(axis=1, ddof=1) / values.shape[1]
 
 
 def covariance_of_replicates(one, other):

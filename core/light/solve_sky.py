@@ -14,8 +14,8 @@ from .light_errors import (
     propagate_deviations,
     reflect_elements,
 )
-from .solve_radiosity import exchange_of, iterate_bounces, radiosity_factor, variance_of_replicates
-from .transfer import SourceLight
+from .solve_radiosity import exchange_of, iterate_bounces, radiosity_factor
+from .transfer import SourceLight, variance_of_mean
 
 STAGE = "reflections of the sky"
 
@@ -34,7 +34,7 @@ class SkyLight:
     def add(self, values):
         """Add light by way of mirrors, glossy faces and glass, (r, n) of r replicates, with its variance."""
         self.mean = self.mean + values.mean(axis=0)
-        self.error.own = self.error.own + variance_of_replicates(values.T)
+        self.error.own = self.error.own + variance_of_mean(values.T)
 
 
 def solve_sky(context, traced, first, ground_albedo=0.0, report=None):
@@ -78,7 +78,7 @@ def solve_sky(context, traced, first, ground_albedo=0.0, report=None):
         light = patch_to_surface @ by_replicate.mean(axis=1, dtype=float)
         reflections = ReflectedError(light, transported, steps)
     found.mean = patch_to_surface @ by_replicate.mean(axis=1, dtype=float)
-    found.error = errors_of_surfaces(patch_to_surface, variance_of_replicates(by_replicate), reflections)
+    found.error = errors_of_surfaces(patch_to_surface, variance_of_mean(by_replicate), reflections)
     return found
 
 

@@ -8,6 +8,7 @@ from ..effects.receivers import choose_turns
 from ..rays.random_numbers import mix
 from ..settings.progress import CancelledError
 from ..settings.threads import work_in_slices
+from ..sun.suns import end_of_days
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
 from .form_factor_products import multiply_elements, multiply_visible
 from .kept_matrix import average_surfaces, keep_columns, keep_matrix
@@ -24,11 +25,11 @@ from .solve_radiosity import (
     exchange_of,
     iterate_bounces,
     radiosity_factor,
-    variance_of_replicates,
 )
 from .solve_sky import radiosity_of_elements
-from .sun_blocks import SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks, first_days
+from .sun_blocks import FIRST_SUNS, SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import SunWatch, projection_in_front, sun_visibility
+from .transfer import variance_of_mean
 
 CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
@@ -104,7 +105,7 @@ def look_at_block(context, task, block):
 
 
 def light_of_first_days(context, traced, task):
-    """Light of the first days' suns in clear air, which are looked at for all that follows.
+    """Light of the first days' suns in clear air, which are looked at for all that follows, and of no others.
 
     Returns
     -------
@@ -112,7 +113,8 @@ def light_of_first_days(context, traced, task):
         Before reflections, and what the first reflection brings.
     """
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
-    last = first_days(task.suns)
+    ends = end_of_days(task.suns)
+    last = ends[ends <= FIRST_SUNS].max(initial=0) or min(FIRST_SUNS, len(task.suns))
     for block in task.blocks:
         if block.start < last:
             task.progress.begin(block)
@@ -133,11 +135,6 @@ def first_reflections(context, traced, shadows, directions):
     albedo, normal = context.patches.albedo * shadows.turns.astype(np.float32), context.patches.normal
     seen_by = albedo, normal, shadows.points.representative_points
     return multiply_visible(traced.form_factors, seen_by, (directions, shadows.bits), context.threads)
-
-
-def light_of_elements(watch, by_point):
-    """Light of the elements of patches, each that of the point for it: (p, elements) float32."""
-    return np.take_along_axis(by_point, watch.points.representative_points.astype(np.intp), axis=1)
 
 
 def solve_suns(context, traced, task, sky, *, folder=None, specular=None):
@@ -186,7 +183,7 @@ def solve_suns(context, traced, task, sky, *, folder=None, specular=None):
     annual.suns = block_of_suns(suns, slice(done[-1].stop if done else 0))
     add_errors(context, traced, task.watch, found, sky)
     if specular and done:
-        found.error.own = found.error.own + variance_of_replicates(annual.specular.T)
+        found.error.own = found.error.own + variance_of_mean(annual.specular.T)
     if found.kept < len(suns):
         whole = annual.suns.weights.sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
@@ -201,11 +198,28 @@ def solve_block(context, traced, task, block, *, found, specular):
     shadows = look_at_block(context, task, block)
     height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
     far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
-    visible_share = shadows.visible_share
+    visible_share, to_surface, threads = shadows.visible_share, context.patch_to_surface, context.threads
     if context.bounces:
-        reflected = reflect_block(context, traced, shadows, (part, far_first), (found, task.progress))
+        reflected, propagated, last = iterate_bounces(
+            exchange_of(context, traced),
+            first_reflections(context, traced, shadows, part.directions),
+            context.bounces,
+            far_first=far_first,
+            first_light=shadows.by_point.mean(axis=1).sum(dtype=float),
+            weight=part.weights,
+            progress=task.progress.report_bounce,
+        )
         # No report from here on, and so no interruption: a block is kept as a whole or not at all.
-        keep_block(context, found.reflected, block, reflected)
+        annual.propagated += propagated
+        found.last = max(found.last, last)
+        if far_first is not None:  # its first bounce is known exactly for every hour
+            annual.lit_ground += float(part.weights @ height)
+
+            def subtract(rows):
+                reflected[rows] = np.maximum(reflected[rows] - far_first[rows], 0)
+
+            work_in_slices(subtract, len(reflected), threads)
+        average_surfaces(to_surface, reflected, threads, out=found.reflected[:, block])
         if specular:
             radiosity = reflected + visible_share * projection_in_front(context.patches.normal, part.directions)
             radiosity += 0 if far_first is None else far_first
@@ -213,49 +227,9 @@ def solve_block(context, traced, task, block, *, found, specular):
             values, weighted = specular.of_suns(part, block.start, radiosity)
             found.reflected[:, block] += values
             annual.specular = annual.specular + weighted
-        if far_first is not None:
-            annual.lit_ground += float(part.weights @ height)
-    keep_block(context, found.visible_share, block, visible_share)
+    average_surfaces(to_surface, visible_share, threads, out=found.visible_share[:, block])
     found.ray_count += shadows.ray_count
     annual.by_point += shadows.by_point
-
-
-def reflect_block(context, traced, shadows, lit, found):
-    """Reflections of one block of suns, without the first bounce off the far ground: (p, b) float32.
-
-    Parameters
-    ----------
-    shadows : Shadows
-    lit : tuple of SunBlock and (p, b) float32 or None
-        The suns, and what the far ground adds at the first bounce.
-    found : tuple of SunLight and SunProgress
-        Written.
-    """
-    (suns, far_first), (light, progress) = lit, found
-    reflected, propagated, last = iterate_bounces(
-        exchange_of(context, traced),
-        first_reflections(context, traced, shadows, suns.directions),
-        context.bounces,
-        far_first=far_first,
-        first_light=shadows.by_point.mean(axis=1).sum(dtype=float),
-        weight=suns.weights,
-        progress=progress.report_bounce,
-    )
-    light.annual.propagated += propagated
-    light.last = max(light.last, last)
-    if far_first is not None:
-
-        def subtract(rows):
-            reflected[rows] -= far_first[rows]
-            np.maximum(reflected[rows], 0, out=reflected[rows])
-
-        work_in_slices(subtract, len(reflected), context.threads)
-    return reflected
-
-
-def keep_block(context, matrix, block, values):
-    """Average values of patches, (p, b) float32, over surfaces and write them into columns of a `keep_matrix`."""
-    average_surfaces(context.patch_to_surface, values, context.threads, out=matrix[:, block])
 
 
 def add_errors(context, traced, watch, found, sky):
@@ -276,7 +250,7 @@ def add_errors(context, traced, watch, found, sky):
     if not context.bounces or watch.points is None:
         found.error, found.covariance = errors_of_surfaces(to_surface, variance), np.zeros(to_surface.shape[0])
         return
-    elements = light_of_elements(watch, annual.by_point)
+    elements = np.take_along_axis(annual.by_point, watch.points.representative_points.astype(np.intp), axis=1)
     first_bounce, steps = reflect_elements(context, traced, elements)
     by_replicate = multiply_elements(traced.form_factors, annual.propagated, traced.factor, context.threads)
     by_replicate += first_bounce + annual.lit_ground * traced.far_ground
@@ -285,7 +259,7 @@ def add_errors(context, traced, watch, found, sky):
         annual.radiosity = radiosity_of_elements(context, traced, elements, annual.propagated)
     found.discretisation_error = estimate_discretisation_error(context, steps, by_replicate)
     found.covariance = squares @ covariance_of_replicates(by_replicate, sky)
-    noise = variance + variance_of_replicates(by_replicate)
+    noise = variance + variance_of_mean(by_replicate)
     light = to_surface @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
     spread = spread_of_elements(annual.by_point, watch.points.representative_points, traced.covered)
     deviations = deviations_of_spread(spread, patches.key ^ mix(patches.points_before.astype(np.uint64)))

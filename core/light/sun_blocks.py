@@ -56,15 +56,6 @@ def cut_into_blocks(suns, patch_count):
     return blocks
 
 
-def first_days(suns):
-    """Number of suns of the first days, whole ones, which stand for the year: they tell how often light is reflected.
-
-    It depends on nothing else.
-    """
-    ends = end_of_days(suns)
-    return int(ends[ends <= FIRST_SUNS].max(initial=0)) or min(FIRST_SUNS, len(suns))
-
-
 def count_kept(suns, blocks):
     """Number of usable suns if only these blocks were traced: the end of one of the blocks, or 0."""
     useful = np.intersect1d([block.stop for block in blocks], end_of_days(suns))

@@ -39,10 +39,6 @@ class SunWatch:
     threads: int = 1
     points: KnownPoints | None = None  # the same for all suns: found with the first
 
-    def turns_of_patches(self):
-        """Number of points that one stands for: (p,) int."""
-        return np.ones(len(self.patches), int) if self.turns is None else np.where(self.traced, self.turns, 1)
-
 
 @dataclass
 class Shadows:
@@ -51,6 +47,7 @@ class Shadows:
     bits: np.ndarray  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
     points: KnownPoints
     turns: np.ndarray  # (p,) int, number of points that each one stands for which looks at a sun
+    weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
     by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
     ray_count: int
 
@@ -58,7 +55,7 @@ class Shadows:
     def visible_share(self):
         """Visible share of each sun: (p, s) float32."""
         share = np.empty((len(self.bits), self.bits.shape[2]), np.float32)
-        count_visible(self.bits, (self.turns / self.by_point.shape[1]).astype(np.float32), share)
+        count_visible(self.bits, self.weight, share)
         return share
 
     def among(self, traced):
@@ -128,11 +125,23 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
-        watch.points = find_points(patches, watch.covered, m, wanted, rayless=watch.unobstructed, threads=watch.threads)
-    shape = len(patches), -(-m // WORD), len(directions)
-    turns = watch.turns_of_patches()
-    found = Shadows(np.zeros(shape, np.uint16), watch.points, turns, np.zeros((len(patches), m), np.float32), 0)
-    see_all(watch, suns, found)
+        watch.points = find_points(patches, watch.covered, m, wanted, watch.threads)
+    turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
+    found = Shadows(
+        bits=np.zeros((len(patches), -(-m // WORD), len(directions)), np.uint16),
+        points=watch.points,
+        turns=turns,
+        weight=(turns / m).astype(np.float32),
+        by_point=np.zeros((len(patches), m), np.float32),
+        ray_count=0,
+    )
+    # Where nothing stands in front every sun is visible, from the open part of the patch.
+    free = np.flatnonzero(watch.unobstructed)
+    open_share = 1 - watch.covered[free].mean(axis=1, dtype=np.float32)
+    aoi_projection = projection_in_front(patches.normal[free], directions)
+    found.bits[free] = np.where(aoi_projection > 0, (1 << min(m, WORD)) - 1, 0)[:, None]
+    found.weight[free] *= open_share
+    found.by_point[free] = (open_share * (aoi_projection @ suns[1].astype(np.float32)))[:, None]
     step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
     tasks = []
     for many in np.unique(turns[watch.traced]):
@@ -170,18 +179,6 @@ def check_watch(watch, suns):
         raise InputError("point_count", f"{points} is not a power of two", "give 1, 2, 4, 8, 16 …")
     if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
-
-
-def see_all(watch, suns, found):
-    """Write to Shadows what patches see that nothing stands in front of: every sun, from all points in the open."""
-    free = np.flatnonzero(watch.unobstructed)
-    is_open = watch.points.open_points[free]
-    words = np.zeros((len(free), found.bits.shape[1] * WORD), bool)
-    words[:, : is_open.shape[1]] = is_open
-    words = words.reshape(len(free), words.shape[1] // WORD, WORD) @ (1 << np.arange(WORD))
-    aoi_projection = projection_in_front(watch.patches.normal[free], suns[0])
-    found.bits[free] = np.where(aoi_projection[:, None] > 0, words[:, :, None], 0)
-    found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None] * is_open
 
 
 def trace_in_turns(watch, chosen, suns, found):

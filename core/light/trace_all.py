@@ -80,7 +80,7 @@ def prepare_gather(prepared, request, progress):
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     threads = usable_threads(request.threads)
     ray_scene = plan.ray_scene or FacingScene(scene, patches, threads)
-    ray_scene.canopy = prepared.canopy_of_seasons()
+    ray_scene.canopy = plan.foliage and plan.foliage.canopy(prepared.bare, both=True)  # the same rays in both states
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
     return GatherContext(
         ray_scene=ray_scene,
@@ -130,10 +130,10 @@ def trace_all(context):
         found.filled = measure_filled(found.form_factors, patches.area)
     trace(sends & ~full & ~ground, fewer)
     if plan.reflectors:
-        seen = sends & ground & patches_hit(found.form_factors, len(patches))
+        seen = sends & ground & (hits_of_patches(found.form_factors) > 0)
         trace(seen, every if plan.receivers is None else fewer)
-        unseen = sends & ground & ~seen
-        found.unseen_share = share_of_hits(found.form_factors, unseen)
+        unseen, hits = sends & ground & ~seen, hits_of_patches(found.form_factors)
+        found.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
         found.covered[unseen] = True  # nothing is asked of them: no shadow rays either
     if done < most:
         context.progress(STAGE, most, most, "rays")
@@ -144,12 +144,12 @@ def trace_all(context):
     return found
 
 
-def patches_hit(form_factors, count):
-    """Patches that any ray has met: (p,) bool."""
-    hit = np.zeros(count, bool)
+def hits_of_patches(form_factors):
+    """Number of rays that met each patch: (p,) int."""
+    hits = np.zeros(form_factors.count, int)
     for rows in form_factors.rows:
-        hit[patch_of_keys(form_factors, rows)] = True
-    return hit
+        hits += np.bincount(patch_of_keys(form_factors, rows), minlength=len(hits))
+    return hits
 
 
 def measure_filled(form_factors, area):
@@ -159,12 +159,6 @@ def measure_filled(form_factors, area):
         weight = np.repeat(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays), np.diff(rows.start))
         seen += np.bincount(patch_of_keys(form_factors, rows), weight, len(area))
     return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
-
-
-def share_of_hits(form_factors, members):
-    """Share of all hits that fall on some patches, (p,) bool."""
-    found = sum(int(members[patch_of_keys(form_factors, rows)].sum()) for rows in form_factors.rows)
-    return found / max(sum(len(rows.key) for rows in form_factors.rows), 1)
 
 
 def patch_of_keys(form_factors, rows):

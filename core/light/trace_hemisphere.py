@@ -6,8 +6,6 @@
 ═════════════ patch
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -33,17 +31,6 @@ from .traced import FEWEST_RAYS, SKY_DOME, STEP, FirstLight, RayCity, RowLight, 
 RAYS_PER_TASK = 1 << 18
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
 LOW = (1 << 32) - 1  # bits of the first of two counts in one number
-
-
-class Tally(NamedTuple):
-    """What the rays of c patches reach."""
-
-    sky: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that reach the sky
-    far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32
-    element_sky: np.ndarray  # (c, cells) float32, of their open part; of the whole patch if too few rays start there
-    element_far_ground: np.ndarray  # (c, cells) float32, share of all rays of the patch
-    open_share: np.ndarray  # (c, cells) float32, share of the rays that start in each cell
-    deviation: np.ndarray  # (c, cells, HEMISPHERE_REPLICATES) int16, of `write_deviations`
 
 
 def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
@@ -115,18 +102,8 @@ def trace_part(city, chosen, sequence):
     hits, fate = follow_rays(city, covered, (origins, directions, start_cells))
     hide_sky(city, directions, fate)
     within = np.flatnonzero(covered.any(axis=1))
-    tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), city.elements)
-    found = RowLight(
-        rows=rows,
-        covered=covered,
-        dark=lost,
-        first={SKY_DOME: FirstLight(tally.sky, tally.element_sky, tally.deviation)},
-        far_ground=tally.far_ground,
-        element_far_ground=tally.element_far_ground,
-        open_share=tally.open_share,
-        hits=None,
-        ray_count={SKY_DOME: fate.size},
-    )
+    first, *others = tally_rays(fate, start_cells, cells_near_cover(covered, within), city.elements)
+    found = RowLight(rows, covered, lost, {SKY_DOME: first}, *others, hits=None, ray_count={SKY_DOME: fate.size})
     for source in city.sources:
         found.first[source.name], found.ray_count[source.name] = look_at_source(city, source, rows, covered, sequence)
     if city.reflections:
@@ -161,7 +138,12 @@ def follow_rays(city, covered, rays):
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is not None:
-        stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
+        # Each replicate has random numbers of its own.
+        shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
+        places = HitPlaces(*(part.reshape(shape) for part in hits))
+        wanted = fate.reshape(shape) <= FRONT
+        sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
+        fate[stop_in_crowns(ray_scene, patches, sent, places, wanted).reshape(fate.shape)] = LEAVES
     return hits, fate
 
 
@@ -201,8 +183,8 @@ def look_at_source(city, source, rows, covered, sequence):
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
     hide_sky(city, rays[1], fate)
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
-    tally, scale = tally_rays(fate, rays[2], near_cover, city.elements), unshaded[facing, None]
-    found.put(facing, FirstLight(scale * tally.sky, scale * tally.element_sky, tally.deviation))
+    (first, *_), scale = tally_rays(fate, rays[2], near_cover, city.elements), unshaded[facing, None]
+    found.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
     return found, fate.size
 
 
@@ -223,15 +205,6 @@ def source_rays(patches, source, chosen, sequence, *, share):
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
 
 
-def stop_at_leaves(ray_scene, patches, rays, places, fate):
-    """Change the fate of rays that crowns stop to LEAVES. Each replicate has random numbers of its own."""
-    shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
-    rays = tuple(part.reshape(*shape, 3) for part in rays)
-    places = HitPlaces(*(part.reshape(shape) for part in places))
-    stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
-    fate[stopped.reshape(fate.shape)] = LEAVES
-
-
 @njit(nogil=True, cache=True)
 def mark_dark(fate, within, start_cells, covered, enclosed):
     """Mark rays of patches `within` that start in covered cells as DARK.
@@ -248,7 +221,7 @@ def mark_dark(fate, within, start_cells, covered, enclosed):
 
 
 def tally_rays(fate, start_cells, near_cover, cells):
-    """Shares of rays that reach sky and far ground, in each replicate and in each cell: Tally.
+    """Shares of rays that reach sky and far ground, in each replicate and in each cell.
 
     Parameters
     ----------
@@ -258,19 +231,28 @@ def tally_rays(fate, start_cells, near_cover, cells):
         Of `cells_near_cover`.
     cells : int
         Number of larger cells: 1, 4 or 16.
+
+    Returns
+    -------
+    FirstLight
+        Of the sky.
+    far_ground : (c, HEMISPHERE_REPLICATES) float32
+    element_far_ground, open_share : (c, cells) float32
+        As of RowLight.
     """
     count = len(fate)
     sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
     deviation = np.empty((count, cells, HEMISPHERE_REPLICATES), np.int16)
-    tally = Tally(sky, far_ground, *np.empty((3, count, cells), np.float32), deviation)
+    element_sky, element_far_ground, open_share = np.empty((3, count, cells), np.float32)
+    tally = sky, far_ground, element_sky, element_far_ground, open_share, deviation
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tuple(tally))
-    return tally
+    count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tally)
+    return FirstLight(sky, element_sky, deviation), far_ground, element_far_ground, open_share
 
 
 @njit(nogil=True, cache=True)
 def count_fates(met_by, resolved, tally):
-    """Write a Tally.
+    """Write what `tally_rays` returns.
 
     Parameters
     ----------

@@ -142,9 +142,7 @@ def count_hits(chosen, hits, places, cells, starts=None):
     places = tuple(weights.reshape(keys.shape) for weights in places)
     make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
     keys.sort(axis=1)
-    key = np.empty(start[-1], np.int32)
-    list_keys(keys, start, key)
-    return Rows(chosen, start, key, rays // HEMISPHERE_REPLICATES)
+    return Rows(chosen, start, keys[keys >= 0], rays // HEMISPHERE_REPLICATES)
 
 
 @njit(nogil=True, cache=True)
@@ -167,16 +165,6 @@ def make_keys(hits, places, starts, keys, start):
                     found += 1
                 keys[patch, ray] = key
         start[patch + 1] = start[patch] + found
-
-
-@njit(nogil=True, cache=True)
-def list_keys(keys, start, key):
-    """Write the hits of all patches into `key`, patch after patch; they come last in the sorted rows of `keys`."""
-    rays = keys.shape[1]
-    for patch in range(len(keys)):
-        before = rays - (start[patch + 1] - start[patch])
-        for entry in range(start[patch], start[patch + 1]):
-            key[entry] = keys[patch, before + entry - start[patch]]
 
 
 @dataclass(kw_only=True)

@@ -209,7 +209,7 @@ def own_variance(standard_error, transported, discretisation):
 
 def variance_of_mean(replicates):
     """Variance of the mean of independent replicates, along the last axis, in the square of their unit."""
-    return replicates.var(axis=-1, ddof=1) / replicates.shape[-1]
+    return replicates.var(axis=-1, ddof=1, dtype=float) / replicates.shape[-1]
 
 
 def own_diffuse(transfer):
@@ -252,10 +252,5 @@ def take_fields(part, rows):
     if part is None:
         return None
     values = {one.name: getattr(part, one.name) for one in fields(part)}
-    return replace(part, **{name: _take(value, rows) for name, value in values.items()})
-
-
-def _take(value, rows):
-    if value is None:
-        return None
-    return value[rows] if isinstance(value, np.ndarray) else [value[k] for k in rows]
+    lists = {name: [value[k] for k in rows] for name, value in values.items() if isinstance(value, list)}
+    return replace(part, **{n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}, **lists)

@@ -42,10 +42,6 @@ class Tally:
         for entry in fields(self):
             setattr(self, entry.name, getattr(self, entry.name) + getattr(other, entry.name))
 
-    def remainder(self):
-        """Emitted power that is not accounted for: 0."""
-        return self.emitted - sum(getattr(self, entry.name) for entry in fields(self)[1:])
-
 
 @dataclass
 class Target:

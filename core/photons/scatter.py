@@ -62,18 +62,14 @@ def scatter(patches, places, directions, draws, brdfs):
     others, brdf_index = brdfs
     for index, brdf in enumerate(others):
         chosen = np.flatnonzero(brdf_index[hit] == index)
-        arriving = arrive_on_patches(patches, hit[chosen], directions[chosen])
+        # Towards the origin of light, in the local frames of the patches.
+        axes = np.concatenate([patches.tangents[hit[chosen]], patches.normal[hit[chosen], None]], axis=1)
+        arriving = -np.einsum("mij,mj->mi", axes.astype(float), directions[chosen].astype(float))
+        arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
+        arriving /= np.linalg.norm(arriving, axis=1, keepdims=True)
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T
     return *leave_patches(patches, places, local), share
-
-
-def arrive_on_patches(patches, hit, directions):
-    """Directions towards the origin of light, in the local frames of the patches: (m, 3) float64, unit length."""
-    axes = np.concatenate([patches.tangents[hit], patches.normal[hit, None]], axis=1).astype(float)
-    arriving = -np.einsum("mij,mj->mi", axes, directions.astype(float))
-    arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
-    return arriving / np.linalg.norm(arriving, axis=1, keepdims=True)
 
 
 def draw_for_photons(key, number, bounce):

@@ -16,7 +16,7 @@ from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
-from .follow_photons import QUANTUM, Photons, Tally, deposit, end_in_crowns, meet_fronts, reflect_photons
+from .follow_photons import QUANTUM, Photons, Tally, end_in_crowns, meet_fronts, reflect_photons
 from .scatter import draw_for_photons, leave_patches, scatter
 
 NOTHING, SKY, FAR_GROUND = -3, -2, -1  # what a ray from a face meets, if not a patch
@@ -173,11 +173,3 @@ def follow_reflected(target, key, photons, last):
         if bounce < most:
             photons = reflect_photons(target, key, photons, places, bounce + 1)
             photons = photons.take(limit[photons.number - first] > bounce)
-
-
-def add_up(arrivals, shape):
-    """Sums of photons by replicate and surface: (r, n) float64."""
-    sums = np.zeros(shape)
-    for photons, surface in arrivals:
-        deposit(photons, surface, sums)
-    return sums

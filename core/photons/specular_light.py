@@ -23,8 +23,8 @@ from ..light.trace_gather import trace_gather
 from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
 from ..sun.horizon import is_above
-from .follow_photons import Target
-from .specular_faces import FAR_GROUND, SKY, Batch, add_up, follow_reflected, photons_of_sun, photons_of_surroundings
+from .follow_photons import Target, deposit
+from .specular_faces import FAR_GROUND, SKY, Batch, follow_reflected, photons_of_sun, photons_of_surroundings
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
@@ -74,23 +74,18 @@ def trace_specular(prepared, context, traced):
     -------
     SpecularLight
     """
-    task = prepare_pass(prepared, context, traced)
-    around = trace_surroundings(task)
-    return SpecularLight(
-        of_sky=lambda radiosity: light_of_sky(task, around, radiosity),
-        of_source=lambda name, radiosity: around.sources[name] + from_patches(around, radiosity),
-        of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
-    )
-
-
-def prepare_pass(prepared, context, traced):
-    """What photons start from and fall on: SpecularPass."""
-    patches, brdfs = context.patches, context.plan.brdfs
-    count = len(prepared.scene.surfaces)
+    patches, brdfs, count = context.patches, context.plan.brdfs, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs)
     faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
-    return SpecularPass(context, target, faces, np.bincount(surface, patches.area, count + 1)[:-1])
+    task = SpecularPass(context, target, faces, np.bincount(surface, patches.area, count + 1)[:-1])
+    around = trace_surroundings(task)
+    of_sky = around.sky + context.request.ground_albedo * around.far_ground
+    return SpecularLight(
+        of_sky=lambda radiosity: of_sky + from_patches(around, radiosity),
+        of_source=lambda name, radiosity: around.sources[name] + from_patches(around, radiosity),
+        of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
+    )
 
 
 def batches_of(key, per_replicate):
@@ -173,12 +168,6 @@ def arrivals_from(task, batch):
     return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
 
 
-def light_of_sky(task, around, radiosity):
-    """Irradiance of surfaces under the sky by way of the faces: (r, n) float64, per DHI."""
-    found = around.sky + task.context.request.ground_albedo * around.far_ground
-    return found + from_patches(around, radiosity)
-
-
 def from_patches(around, radiosity):
     """Irradiance of surfaces by light of patches, (p,), by way of the faces: (r, n) float64."""
     return (around.patches @ radiosity.astype(float)).reshape(around.sky.shape)
@@ -204,35 +193,29 @@ def light_of_suns(task, around, suns, first, radiosity):
     (r, n) float64
         Weighted sum over the suns.
     """
-    context = task.context
+    context, target = task.context, task.target
+    area, normal = context.patches.area[task.faces], context.patches.normal[task.faces]
     height = np.maximum(suns.directions[:, 2], 0).astype(float) * context.request.ground_albedo
     found = (around.mean @ radiosity) + around.far_ground.mean(axis=0)[:, None] * height
     weighted = from_patches(around, radiosity @ suns.weights)
     weighted += around.far_ground * float(suns.weights @ height)
 
     def trace(index):
-        return trace_sun(task, suns.directions[index], first + index)
+        direction, arrived = suns.directions[index], np.zeros((REPLICATES, target.surface_count))
+        power = area * np.maximum(normal @ direction, 0)
+        per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
+        key = key_of_names([f"specular sun {first + index}"], context.request.seed)[0]
+        for batch in batches_of(key, per_replicate):
+            photons = photons_of_sun(target, task.faces, power, direction, batch)
+            last = np.full(len(photons.number), context.bounces - 1)
+            for some, surface in follow_reflected(target, batch.key, photons, last):
+                deposit(some, surface, arrived)
+        return arrived * per_area(task, float(power.sum()), per_replicate)
 
     for index, arrived in enumerate(map_in_order(trace, range(len(suns.weights)), context.threads)):
         found[:, index] += arrived.mean(axis=0)
         weighted += suns.weights[index] * arrived
     return found.astype(np.float32), weighted
-
-
-def trace_sun(task, direction, index):
-    """Irradiance of surfaces by light of one sun whose first reflection is at a face: (r, n) float64, per DNI."""
-    context, target = task.context, task.target
-    shape = REPLICATES, target.surface_count
-    power = context.patches.area[task.faces] * np.maximum(context.patches.normal[task.faces] @ direction, 0)
-    per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
-    if not per_replicate:
-        return np.zeros(shape)
-    arrived = np.zeros(shape)
-    for batch in batches_of(key_of_names([f"specular sun {index}"], context.request.seed)[0], per_replicate):
-        photons = photons_of_sun(target, task.faces, power, direction, batch)
-        last = np.full(len(photons.number), context.bounces - 1)
-        arrived += add_up(follow_reflected(target, batch.key, photons, last), shape)
-    return arrived * per_area(task, float(power.sum()), per_replicate)
 
 
 def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):

@@ -136,7 +136,14 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         direct_reflected=direct.reflected,
         terrain=plan.terrain,
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
-        sources={name: light_of_part(light, unreachable) for name, light in parts.items()},
+        sources={
+            name: SourceLight(
+                view_factor=np.minimum(light.first.mean(axis=0), 1),
+                relative=light.whole.mean(axis=0),
+                standard_error=standard_error(light.whole, light.photon**2, unreachable),
+            )
+            for name, light in parts.items()
+        },
         record=TraceRecord(
             request=request.as_dict(),
             effects=judge_effects(plan, measured),
@@ -192,15 +199,6 @@ def trace_far_ground(run, box, plan, seed, bounces):
     for other in others:
         light.add(other)
     return light
-
-
-def light_of_part(light, unreachable):
-    """SourceLight of a Transfer from its photons."""
-    return SourceLight(
-        view_factor=np.minimum(light.first.mean(axis=0), 1),
-        relative=light.whole.mean(axis=0),
-        standard_error=standard_error(light.whole, light.photon**2, unreachable),
-    )
 
 
 def trace_direct(run, lit, far, max_bounces, patch_to_surface, *, folder):

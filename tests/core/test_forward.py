@@ -23,9 +23,6 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
-FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
-ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")
-
 
 def trace(scene, suns=SUNS, **settings):
     return trace_forward(scene, suns, Request(estimator="forward", **settings), silent)
@@ -54,11 +51,20 @@ def test_far_ground_off_leaves_the_sky_only():
     assert transfer.diffuse_relative == pytest.approx(0.5, abs=0.005)
     assert transfer.far_ground_view_factor == transfer.ground_albedo == 0
     assert transfer.direct_reflected.max() < 1e-4  # what chance gave it beyond the sun's light
-    assert (transfer.visible_share <= 1).all()
 
 
-def check_canyon(bounces, samples, largest):
-    """Faces as long as the street: what arrives is counted at its own place, so nothing need be split."""
+@pytest.mark.parametrize(
+    ("bounces", "samples", "largest"),
+    [
+        *((bounces, 20_000, 0.0015) for bounces in range(3)),
+        pytest.param(3, 400_000, 3.4e-4, marks=[pytest.mark.slow, pytest.mark.once]),
+    ],
+)
+def test_street_canyon(bounces, samples, largest):
+    """Faces as long as the street: what arrives is counted at its own place, so nothing need be split.
+
+    The error is small enough to tell each reflection from the one before: 0.06, 0.009 and 0.0014.
+    """
     scene, ground, wall = canyon(strips=1, middle=60.0)
     transfer = trace(scene, suns_towards([[0, 0, 1]]), max_bounces=bounces, samples=samples, far_ground=False)
     known = canyon_after_bounces(1, 1, ALBEDO, bounces)
@@ -68,19 +74,6 @@ def check_canyon(bounces, samples, largest):
         error = np.sqrt(((area * transfer.diffuse_relative_standard_error[chosen]) ** 2).sum()) / area.sum()
         assert error < largest
         assert_mean(mean, error, value)
-
-
-@pytest.mark.parametrize("bounces", [0, 1, 2])
-def test_street_canyon(bounces):
-    """The error is small enough to tell none, one and two reflections apart: 0.06 and 0.009."""
-    check_canyon(bounces, 20_000, 0.0015)
-
-
-@pytest.mark.slow
-@pytest.mark.once
-def test_street_canyon_after_three_reflections():
-    """Small enough to tell two from three: 0.0014."""
-    check_canyon(3, 400_000, 3.4e-4)
 
 
 def paper_hemisphere(scene, radius, count, seed):
@@ -119,7 +112,8 @@ def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
 
 
 def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
-    scene = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *facing_walls()])
+    walls = strip([-5, 0, 0], [10, 0, 0], [0, 0, 10], 1), strip([10, 5, 0], [0, 10, 0], [0, 0, 10], 1)
+    scene = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *walls])
     transfer = trace(scene, suns_towards([[0, 0, 1], [0, -1, 0], [1e-9, 0, 1]]), samples=2000, max_bounces=0)
     ground, south, east = (slice(0, 4), slice(4, 6), slice(6, 8))
     for zenith in (0, 2):
@@ -129,24 +123,14 @@ def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
     assert transfer.visible_share[ground, 1].max() == transfer.visible_share[east, 1].max() == 0
 
 
-def facing_walls():
-    """A wall that looks south and one that looks east."""
-    return [strip([-5, 0, 0], [10, 0, 0], [0, 0, 10], 1), strip([10, 5, 0], [0, 10, 0], [0, 0, 10], 1)]
-
-
 def test_where_the_light_goes():
     """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of 2⁻²⁶."""
     transfer = trace(three_houses(), samples=2000, albedo=0.3, ground_albedo=0.7, max_bounces=4)
     for tally in transfer.record.photons.values():
-        ends = sum(value for name, value in tally.items() if name != "emitted")
-        assert ends == tally["emitted"] > 0
-        assert tally["escaped"] > 0
-        assert tally["absorbed"] > 0
+        assert sum(tally.values()) == 2 * tally["emitted"]
+        assert min(tally["escaped"], tally["absorbed"]) > 0
     whole = transfer.record.photons["sky"]["emitted"]
-    box = box_of_scene(three_houses())
-    power = sky_source(box, 0).power.sum()
-    received = transfer.diffuse_relative @ transfer.surfaces.area
-    assert received > 0
+    power = sky_source(box_of_scene(three_houses()), 0).power.sum()
     # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
     dark = trace(three_houses(), samples=2000, albedo=0, ground_albedo=0)
     absorbed = dark.record.photons["sky"]["absorbed"] / whole * power
@@ -154,8 +138,7 @@ def test_where_the_light_goes():
 
 
 @pytest.mark.parametrize("mirrors", [0, 6, 12])
-@pytest.mark.parametrize("bounces", [0, 1, 3, 50])
-@pytest.mark.parametrize("albedo", [0.0, 0.25, 0.999, 1.0])
+@pytest.mark.parametrize(("albedo", "bounces"), [(0.0, 1), (0.25, 0), (0.25, 3), (0.999, 50), (1.0, 1), (1.0, 50)])
 def test_closed_furnace(albedo, bounces, mirrors):
     """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon finds a way out.
 
@@ -188,17 +171,6 @@ def barycentric(generator, count):
     one, two = generator.random((2, count))
     outside = one + two > 1
     return np.where(outside, 1 - one, one).astype("f4"), np.where(outside, 1 - two, two).astype("f4")
-
-
-def test_threads_and_chunks_change_no_bit(monkeypatch):
-    reference = trace(three_houses(), samples=600, threads=1)
-    others = [trace(three_houses(), samples=600, threads=threads) for threads in (2, 7)]
-    monkeypatch.setattr(trace_sources, "PHOTONS_PER_TASK", 777)
-    others.append(trace(three_houses(), samples=600, threads=3))
-    for other in others:
-        for name in (*FIELDS, *ERRORS):
-            assert np.array_equal(getattr(other, name), getattr(reference, name)), name
-        assert other.record.photons == reference.record.photons
 
 
 @pytest.mark.once
@@ -236,8 +208,6 @@ def test_photons_enter_where_the_light_does():
 def test_photons_cannot_leave_obstacles_out():
     with pytest.raises(InputError, match="shadow-rays=off is for gather only"):
         trace(three_houses(), effects={"shadow-rays": False})
-    with pytest.raises(InputError, match="no effect is called"):
-        trace(three_houses(), effects={"fog": True})
     effects = trace(three_houses(), samples=16)
     assert [effect["key"] for effect in effects.record.effects] == list(TABLE)
     assert {effect["key"] for effect in effects.record.effects if effect["on"]} >= {"sky-rays", "shadow-rays"}

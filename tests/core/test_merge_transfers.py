@@ -80,18 +80,14 @@ def test_merged_rounds_are_averages_and_stated_errors_fall():
     mean = np.mean([traced(0, index).visible_share for index in range(ROUNDS)], axis=0)
     assert four.visible_share == pytest.approx(mean, abs=1e-6)
     assert np.array_equal(one.visible_share, traced(0, 0).visible_share)  # not overwritten
-    parts = four.error_parts
+    parts, points = four.error_parts, [traced(0, index).error_parts.direct_points for index in range(ROUNDS)]
     assert parts.diffuse_passed_on.shape[1] == 4 * ROUNDS
-    assert parts.direct_points.sum() == pytest.approx(np.mean([p.sum() for p in points_of(0)]) / ROUNDS)
+    assert parts.direct_points.sum() == pytest.approx(np.mean([p.sum() for p in points]) / ROUNDS)
     stated = [np.mean(run.error_parts.direct_passed_on.var(axis=1, ddof=1)) for run in (one, four)]
     assert np.isfinite(stated).all()
     assert four.record.rounds == ROUNDS
     assert four.record.hemisphere_rays == ROUNDS * one.record.hemisphere_rays
     assert four.record.degrees_of_freedom["diffuse"] == ROUNDS * 3
-
-
-def points_of(seed):
-    return [traced(seed, index).error_parts.direct_points for index in range(ROUNDS)]
 
 
 def test_the_order_in_which_rounds_are_merged_does_not_matter():

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from test_closed_forms import direct_relative
 from test_tracing import SUNS, three_houses
 from weathers import HOUR
 
@@ -100,7 +101,7 @@ def test_others_keep_honest_errors(year):
         found = traced_for("eligible", year, seed)
         for error, standard_error in (
             (found.diffuse_relative - exact.diffuse_relative, found.diffuse_relative_standard_error),
-            (annual(found) - annual(exact), found.direct_annual_standard_error),
+            ((direct_relative(found) - direct_relative(exact)) @ year.weight, found.direct_annual_standard_error),
         ):
             noisy = others & (standard_error > 0)
             deviation.append(error[noisy] / standard_error[noisy])
@@ -108,14 +109,6 @@ def test_others_keep_honest_errors(year):
     assert len(deviation) > 100
     assert 0.4 < np.median(deviation) < 1.2  # 0.765 of t with three degrees of freedom
     assert (deviation < 4).mean() > 0.9  # 97 %
-
-
-def annual(transfer):
-    """Direct light of the surfaces, weighted with the suns."""
-    cosine = np.maximum(transfer.surfaces.normal @ transfer.suns.direction.T, 0)
-    far = np.outer(transfer.far_ground_view_factor, np.maximum(transfer.suns.direction[:, 2], 0))
-    light = transfer.visible_share * cosine + transfer.direct_reflected + transfer.ground_albedo * far
-    return light @ transfer.suns.weight
 
 
 def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():

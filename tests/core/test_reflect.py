@@ -21,8 +21,7 @@ def random_form_factors(generator):
     return FormFactors(rows, PATCHES, CELLS)
 
 
-@pytest.mark.parametrize("sources", [1, 7, 33])
-@pytest.mark.parametrize("bounces", range(6))
+@pytest.mark.parametrize(("sources", "bounces"), [(1, 0), (7, 1), (33, 2), (1, 3), (7, 4), (33, 5), (1, 2), (7, 0)])
 def test_any_number_of_bounces(sources, bounces):
     """E₁ = F (ρ ∘ E₀) + far, E_{n+1} = F (ρ ∘ E_n); their sum, what is handed on of it, and the share of the last."""
     generator = np.random.default_rng(1000 * sources + bounces)

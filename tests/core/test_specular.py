@@ -124,10 +124,8 @@ def test_stated_errors_of_the_specular_pass_hold():
             for effects in ({"reflections": True}, {"specular": False, "reflections": True})
         ]
         added = (pair[0].direct_reflected - pair[1].direct_reflected) @ SUNS.weight
-        own = np.sqrt(
-            np.maximum(pair[0].direct_annual_standard_error ** 2 - pair[1].direct_annual_standard_error ** 2, 0)
-        )
-        found.append((added, own))
+        variance, without = (one.direct_annual_standard_error**2 for one in pair)
+        found.append((added, np.sqrt(np.maximum(variance - without, 0))))
     added, stated = (np.array(part) for part in zip(*found, strict=True))
     lit = added.mean(axis=0) > 0.01
     assert lit.sum() > 10
@@ -180,11 +178,8 @@ def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
         share = np.where(scene.surfaces.kind == kind, area, 0)
         share /= share.sum()
         (one, error), (other, spread), (without, _) = (
-            (
-                share @ traced.sources["horizon"].relative,
-                np.sqrt(share**2 @ traced.sources["horizon"].standard_error ** 2),
-            )
-            for traced in (hybrid, forward, black)
+            (share @ light.relative, np.sqrt(share**2 @ light.standard_error**2))
+            for light in (traced.sources["horizon"] for traced in (hybrid, forward, black))
         )
         assert_mean(one, np.hypot(error, spread), other)
         assert error < 0.01 < one - without

@@ -117,20 +117,14 @@ def lines_across_a_triangle(angle, generator):
     return normal, edge, np.where(edge < middle, before, beyond)
 
 
-def shadow_nets(number, count, generator):
-    """Nets of `count` points with random shifts: (2, number, count)."""
-    turned = (generator.random((number, 2)) * (1 << DIGITS)).astype(np.uint32)
-    places = np.empty((2, number, count), np.float32)
-    place_points(turned, (points_of_grid(count), grid_of(count)), places)
-    return places
-
-
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])
 def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count):
     """Edges at any place and angle across a right triangle, whose lit area is known in closed form."""
     generator = np.random.default_rng(count)
     normal, edge, area = lines_across_a_triangle(generator.uniform(0, 2 * np.pi, 40000), generator)
-    places = shadow_nets(40000, count, generator)
+    turned = (generator.random((40000, 2)) * (1 << DIGITS)).astype(np.uint32)
+    places = np.empty((2, 40000, count), np.float32)
+    place_points(turned, (points_of_grid(count), grid_of(count)), places)
     lit = (np.einsum("xn,xnm->nm", normal, places) > edge[:, None]).astype(np.float32)
     actual = np.mean((lit.mean(axis=1, dtype=float) - area) ** 2)
     assert 0.75 < np.sqrt(actual / variance_of_neighbours(lit).mean()) < 1.25
@@ -146,14 +140,9 @@ def test_light_that_only_slopes_and_light_that_is_even():
 
 def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
-    suns = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]])
+    suns, effects = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]]), {"sky-rays": True, "shadow-rays": True}
     slopes = [
-        trace_gather(
-            tilted_square(70),
-            suns,
-            Request(samples=64, seed=seed, effects={"sky-rays": True, "shadow-rays": True}),
-            silent,
-        )
+        trace_gather(tilted_square(70), suns, Request(samples=64, seed=seed, effects=effects), silent)
         for seed in range(40)
     ]
     turn = np.radians(70)

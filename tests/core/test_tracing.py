@@ -4,61 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import join, scene_of_triangles, strip, suns_towards
+from scenes import join, strip, suns_towards
 from test_covered import box
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.effects.table import TABLE
-from citypv.core.light import sun_visibility, trace_hemisphere
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
-FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
 
 
 def three_houses():
     ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 6)
     houses = box((-10, -10, 0), (0, 0, 12)) + box((4, -8, 0), (12, 2, 20)) + box((-6, 8, 0), (9, 16, 6))
     return join([ground, *houses])
-
-
-def same(one, other, chosen=slice(None)):
-    return all(np.array_equal(getattr(one, name)[chosen], getattr(other, name)) for name in FIELDS)
-
-
-def test_threads_and_chunks_change_nothing(monkeypatch):
-    reference = trace_gather(three_houses(), SUNS, Request(threads=1), silent)
-    for threads in (2, 7):
-        assert same(trace_gather(three_houses(), SUNS, Request(threads=threads), silent), reference)
-    monkeypatch.setattr(trace_hemisphere, "RAYS_PER_TASK", 1000)
-    monkeypatch.setattr(sun_visibility, "POINTS_PER_TASK", 100)
-    assert same(trace_gather(three_houses(), SUNS, Request(threads=2), silent), reference)
-
-
-def test_seed_changes_the_noise_only():
-    scene = three_houses()
-    one, other = (trace_gather(scene, SUNS, Request(seed=seed), silent) for seed in (0, 1))
-    difference = one.diffuse_relative - other.diffuse_relative
-    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)
-    assert np.abs(difference).max() > 0
-    noisy = error > 0
-    assert (np.abs(difference[noisy]) < 10 * error[noisy]).mean() > 0.95
-
-
-def test_turning_city_and_suns_together_changes_nothing_but_noise():
-    scene = three_houses()
-    sine, cosine = np.sin(np.radians(37)), np.cos(np.radians(37))
-    turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
-    turned = scene_of_triangles(scene.vertices @ turn.T, scene.triangles)
-    # Which surfaces are eligible depends on north.
-    request = Request(samples=4096, shadow_samples=256, report="all")
-    one = trace_gather(scene, SUNS, request, silent)
-    other = trace_gather(turned, suns_towards(SUNS.direction @ turn.T), request, silent)
-    assert other.diffuse_relative == pytest.approx(one.diffuse_relative, abs=0.01)
-    assert other.visible_share == pytest.approx(one.visible_share, abs=0.01)
 
 
 def test_a_new_building_never_adds_direct_light():
@@ -76,14 +39,6 @@ def test_albedo_zero_needs_no_matrix():
     assert transfer.record.max_bounces == 0
     assert transfer.direct_reflected.max() == 0
     assert transfer.diffuse_relative == pytest.approx(transfer.sky_view_factor, abs=1e-6)
-
-
-def test_no_shadow_ray_for_suns_behind():
-    scene = three_houses()
-    asked = ({}, {"shadow-rays": True})
-    spared, wasted = (trace_gather(scene, SUNS, Request(effects=effects), silent) for effects in asked)
-    assert spared.record.shadow_rays < 0.75 * wasted.record.shadow_rays
-    assert np.array_equal(spared.visible_share, wasted.visible_share)
 
 
 def test_without_obstacles_every_patch_has_its_closed_form():
@@ -143,8 +98,6 @@ def test_an_error_in_progress_ends_the_task():
 
 def test_plan_says_why():
     scene = three_houses()
-    from citypv.core.patches.patches import patches_of_scene
-
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     plan = plan_effects(scene, patches, Request(max_bounces=3))
     assert [effect.key for effect in plan.effects] == list(TABLE)

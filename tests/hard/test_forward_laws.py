@@ -5,6 +5,7 @@ import pytest
 from closed import room
 from hypothesis import example, given, settings
 from scenes import join, scene_of_triangles, suns_towards
+from test_forward_agrees import group_means
 from test_laws import SUNS, random_parts, seeds
 from test_laws import law as law_of_gather
 from thorough import draw_count
@@ -37,22 +38,7 @@ def trace(scene, estimator, **options):
 
 def group_light(transfer):
     """Means and standard errors of diffuse and annual direct light, by kind and orientation: two (2 g,)."""
-    surfaces, suns = transfer.surfaces, transfer.suns
-    first = np.maximum(surfaces.normal @ suns.direction.T, 0) * transfer.visible_share
-    far = np.outer(transfer.far_ground_view_factor, transfer.ground_albedo * suns.direction[:, 2])
-    direct = (first + far + transfer.direct_reflected) @ suns.weight
-    parts = (
-        (transfer.diffuse_relative, transfer.diffuse_relative_standard_error),
-        (direct, transfer.direct_annual_standard_error),
-    )
-    labels = np.char.add(surfaces.kind.astype(str), surfaces.orientation.astype(str))
-    means, errors = [], []
-    for label in np.unique(labels):
-        share = np.where(labels == label, surfaces.area, 0)
-        share /= share.sum()
-        means += [share @ mean for mean, _ in parts]
-        errors += [np.sqrt(share**2 @ error**2) for _, error in parts]
-    return np.array(means), np.array(errors)
+    return np.array([pair for pairs in group_means(transfer, least=1).values() for pair in pairs]).T
 
 
 @pytest.mark.slow
