@@ -182,13 +182,10 @@ def group_surfaces(context):
 def measure_outcome(context, traced, diffuse, direct, left):
     """What a run tells on what it left out: Measured; `left` of reflections is known where their number was found."""
     groups, area = group_surfaces(context), context.eligible_area
-    last, brightest = max(diffuse.last, direct.last), float(context.patches.albedo.max(initial=0))
-    if left is None and brightest < 1:
-        left = last * brightest / (1 - brightest)  # each reflection keeps that much at most
     noise, light = np.sqrt(variance_of_replicates(groups @ diffuse.error.transported)), groups @ diffuse.mean
     far = context.request.ground_albedo * (area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1)))
     return Measured(
-        last_bounce=last,
+        last_bounce=max(diffuse.last, direct.last),
         far_ground=float(far / light[-1]) if light[-1] > 0 else 0.0,
         passed_on=float(np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)),
         unseen=traced.unseen_share,

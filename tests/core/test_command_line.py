@@ -193,7 +193,7 @@ def test_inspect_and_effects(city, capsys):
     assert all(effects[key]["share"] for key in ("aoi", "spectrum", "temperature", "far-ground"))
     assert 0 < effects["reflections"]["bound"] < 0.01
     assert main(["effects", str(city)]) == 0
-    assert "bounces" in capsys.readouterr().out
+    assert "until what is left is below" in capsys.readouterr().out
     assert main(["inspect", str(city)]) == 0
     assert "buildings    3" in capsys.readouterr().out
 

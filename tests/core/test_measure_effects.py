@@ -165,6 +165,7 @@ def test_whole_runs_with_and_without(tmp_path, trees):
     for key in ("trees",) if trees else ("sky-rays", "shadow-rays", "reflections", "far-ground", "perez"):
         true = 1 - hours(**{key: False}) / whole
         effect = plan[key]
+        print(key, true, effect.share, effect.share_standard_error)
         assert abs(true) > 0.001
         assert effect.share == pytest.approx(true, abs=3 * effect.share_standard_error + 0.002), key
         assert effect.share_standard_error < 0.5 * abs(true) + 0.001, key

@@ -7,7 +7,7 @@ import pytest
 
 from citypv.core.commands import closed_form_checks, selfcheck
 from citypv.core.commands.command_line import main
-from citypv.core.light.solve_radiosity import solve_radiosity
+from citypv.core.light import solve_radiosity
 
 
 @pytest.fixture(scope="module")
