@@ -19,7 +19,6 @@ from ..patches.patches import take_patches
 
 STAND_INS = 2_048  # for generated ground, and as many for all else
 BACKS = 4  # rows for backs: of sheets or not, of the ground from below or not
-FEWEST_STARTS, STARTS = 256, 8192  # places drawn in each kind and orientation, and in all
 
 
 @dataclass
@@ -216,42 +215,3 @@ def spread_transfer(transfer, part, surfaces):
     }
     unknown = dict.fromkeys(("material", "albedos", "error_parts"))
     return replace(transfer, surfaces=surfaces, sources=sources, **wide | unknown)
-
-
-def draw_starts(patches, owner, surfaces, seed, count=STARTS):
-    """Patches of eligible surfaces, or of all if none is eligible, drawn by area in each kind and orientation.
-
-    Returns
-    -------
-    start : (m,) int
-    weight : (m,) float64
-    group : (m,) int
-    groups : list of str
-    """
-    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    wanted = surfaces.eligible if surfaces.eligible.any() else np.ones(len(names), bool)
-    groups, number = np.unique(names[wanted], return_inverse=True) if len(names) else ([], np.zeros(0, int))
-    of_surface = np.full(len(names) + 1, -1)  # the generated ground's -1 takes the last
-    of_surface[:-1][wanted] = number
-    of_patch = np.where(patches.receives & (patches.area > 0), of_surface[owner], -1)
-    generator = np.random.default_rng([seed, 0x57A7])
-    whole = patches.area[of_patch >= 0].sum()
-    start, weight, group = [], [], []
-    for index in range(len(groups)):
-        members = np.flatnonzero(of_patch == index)
-        if not len(members):
-            continue
-        own = patches.area[members].sum()
-        many = max(FEWEST_STARTS, round(count * own / whole))
-        start.append(np.sort(generator.choice(members, many, p=patches.area[members] / own)))
-        weight.append(np.full(many, own / whole / many))
-        group.append(np.full(many, index))
-    if not start:
-        return np.zeros(0, int), np.zeros(0), np.zeros(0, int), []
-    return np.concatenate(start), np.concatenate(weight), np.concatenate(group), [str(name) for name in groups]
-
-
-def random_points(generator, count):
-    """Barycentric weights of uniform points of triangles: two (count,) float32."""
-    u, v = np.sort(generator.random((2, count), np.float32), axis=0)
-    return u, v - u
