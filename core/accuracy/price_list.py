@@ -230,7 +230,11 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         left = 100 * city.left_by_bounces(knobs.bounces)
         return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
-    listed = [price(name, **knobs_of_preset(name)) for name in PRESETS]
+    default = Request()  # a preset stands for the program's defaults where it names nothing
+    plain = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
+    names = {"suns": "way", "max_bounces": "bounces"}
+    presets = {name: {names.get(key, key): value for key, value in one.items()} for name, one in PRESETS.items()}
+    listed = [price(name, **plain | changes) for name, changes in presets.items()]
     listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
     listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
     listed += [price(f"--suns {way}", way=way) for way in ways]
@@ -239,14 +243,6 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
     return PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
-
-
-def knobs_of_preset(name):
-    """Changes of Knobs that a preset stands for; what it does not name is the program's default: dict."""
-    default, settings = Request(), PRESETS[name]
-    found = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
-    names = {"suns": "way", "max_bounces": "bounces"}
-    return found | {names.get(key, key): value for key, value in settings.items()}
 
 
 def describe_prices(listed):

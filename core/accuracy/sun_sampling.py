@@ -141,20 +141,17 @@ def fill_untraced(transfer):
         return transfer
 
     def fill(values):
-        return fill_means(np.asarray(values), traced, names, area)
+        """Values (n, …) with the mean over traced surfaces of the same name, or over all, where none was traced."""
+        values = np.asarray(values)
+        filled = values.copy()
+        for name in np.unique(names[~traced]):
+            alike = traced & (names == name)
+            alike = alike if alike.any() else traced
+            filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
+        return filled
 
     sources = {
         name: SourceLight(**{field: fill(values) for field, values in vars(light).items()})
         for name, light in transfer.sources.items()
     }
     return replace(transfer, sources=sources, **{name: fill(getattr(transfer, name)) for name in FILLED})
-
-
-def fill_means(values, traced, names, area):
-    """Values (n, …) of untraced surfaces replaced by the mean over traced ones of the same name, or of all."""
-    filled = values.copy()
-    for name in np.unique(names[~traced]):
-        alike = traced & (names == name)
-        alike = alike if alike.any() else traced
-        filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
-    return filled
