@@ -101,10 +101,8 @@ def test_groups_and_time_series_agree_with_faces(results):
     with xarray.open_dataset(results / "timeseries.nc") as series:
         names = [str(name) for name in series["group"].values]
         annual = dict(zip(names, series["capacity_factor"].sum("time").values, strict=True))
-    assert set(names) == {f"facade_{side}" for side in ("north", "east", "south", "west")} | {
-        "roof_north",
-        "roof_south",
-    }
+    facades = {f"facade_{side}" for side in ("north", "east", "south", "west")}
+    assert set(names) == facades | {"roof_north", "roof_south"}
     for name in names:
         kind, orientation = name.split("_")
         own = [row for row in faces if (row["kind"], row["orientation"]) == (kind, orientation)]
@@ -310,14 +308,8 @@ def test_progress_tells_rate_and_rest():
 
 
 def test_a_run_without_eligible_surfaces_says_so():
-    energy = SimpleNamespace(
-        capacity_factor=np.zeros((8760, 0)),
-        interval=timedelta(hours=1),
-        years=1.0,
-        groups=[],
-        group_count=np.zeros(0, int),
-        group_area=np.zeros(0),
-    )
+    none = {"groups": [], "group_count": np.zeros(0, int), "group_area": np.zeros(0)}
+    energy = SimpleNamespace(capacity_factor=np.zeros((8760, 0)), interval=timedelta(hours=1), years=1.0, **none)
     stream = StringIO()
     report_outcome(RunLog(stream), "out", energy)
     first, last = stream.getvalue().splitlines()

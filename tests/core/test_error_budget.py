@@ -38,31 +38,19 @@ def with_noise(transfer, own, shared):
     return replace(transfer, diffuse_relative_standard_error=error, error_parts=parts)
 
 
-def total_of(walls, own, shared):
-    """Error of the mean, in percent and over that of one surface."""
+@pytest.mark.parametrize(
+    "own, shared, expected",
+    [(NOISE, 0.0, 1 / np.sqrt(COUNT)), (0.0, 1.0, 1.0), (0.0, np.where(np.arange(COUNT) % 2, 1.0, -1.0), 0.0)],
+)
+def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, expected):
+    """All walls receive it from the same places; of opposite signs it cancels."""
     transfer, weather = walls
     noisy = with_noise(transfer, np.full(COUNT, own), np.full(COUNT, 1.0) * shared)
     energy = compute_energy(noisy, weather)
-    total = budget_errors(noisy, energy, weather)["sampling_total"]
     single = 100 * energy.full_load_hours_standard_error / energy.full_load_hours
     assert np.ptp(single) == pytest.approx(0, abs=1e-9)
-    return total / single[0], energy
-
-
-def test_own_noise_averages_out(walls):
-    found, _ = total_of(walls, NOISE, 0.0)
-    assert found == pytest.approx(1 / np.sqrt(COUNT), rel=1e-9)
-
-
-def test_shared_noise_does_not(walls):
-    """All walls receive it from the same places."""
-    found, _ = total_of(walls, 0.0, 1.0)
-    assert found == pytest.approx(1.0, rel=1e-9)
-
-
-def test_shared_noise_of_opposite_signs_cancels(walls):
-    found, _ = total_of(walls, 0.0, np.where(np.arange(COUNT) % 2, 1.0, -1.0))
-    assert found == pytest.approx(0.0, abs=1e-9)
+    total = budget_errors(noisy, energy, weather)["sampling_total"]
+    assert total / single[0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_covered_area_is_not_counted(walls):

@@ -56,15 +56,8 @@ def test_both_estimators_give_the_same_year(city, tmp_path):
     assert summary["traced"]["rays"] > summary["traced"]["photons"]["suns"]["emitted"]
     assert summary["error_budget"]["sampling_total"] > 0
     assert abs(summary["error_budget"]["sun_sampling"]["bias"]) < 5
-    yielded = [
-        "yield",
-        str(tmp_path / "other" / "transfer.nc"),
-        "--weather",
-        str(ERA5),
-        "--out",
-        str(tmp_path / "again"),
-    ]
-    assert main([*yielded, "--quiet"]) == 0
+    again = ["--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
+    assert main(["yield", str(tmp_path / "other" / "transfer.nc"), *again]) == 0
     assert columns_of(tmp_path / "again")["full_load_hours"] == pytest.approx(other["full_load_hours"], nan_ok=True)
 
 
