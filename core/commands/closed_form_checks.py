@@ -86,7 +86,7 @@ def sun_at(*direction):
 
 def trace(scene, suns=None, **settings):
     """Transfer of a scene, by default under the sun at zenith."""
-    return trace_gather(scene, suns or sun_at([0, 0, 1]), Request(**settings), silent)
+    return trace_gather(scene, sun_at([0, 0, 1]) if suns is None else suns, Request(**settings), silent)
 
 
 def mean_of(transfer, chosen, name="diffuse_relative"):

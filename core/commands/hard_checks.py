@@ -21,6 +21,8 @@ PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
 HOUSE = box((-5, -5, 0), (5, 5, 10))
 ROOF, SOUTH, SIDE_WALLS = 24 + np.arange(2), 28 + np.arange(2), 32 + np.arange(4)
 SUN_IN_PLANE, LOW_SUN = [[0, -0.8, 0.6]], [[0, -1, 0]]  # in the south
+NO_SUN = np.zeros((0, 3)), np.zeros(0), *np.zeros((2, 0), np.int32)  # polar night
+WHITE = {"albedo": 1.0, "ground_albedo": 1.0, "max_bounces": 50}  # no light is created if none is absorbed
 # Underside of a square slab of 10 m, 3 m above open ground, three reflections: numeric radiosity in squares of 0.25 m.
 UNDERSIDE = 0.1495
 SLOT = (6 + 1.5 - np.hypot(1.5, 6)) / (2 * 6)  # crossed strings
@@ -60,8 +62,8 @@ def hard_checks():
             SINGLE,
             lambda: shares(LOW_SUN, SOUTH, np.min),
         ),
-        ("no sun: irradiance of the roof", 1.0, SINGLE, no_sun),
-        ("albedo 1, 50 reflections: irradiance of the roof", 1.0, SINGLE, bright),
+        ("no sun: irradiance of the roof", 1.0, SINGLE, lambda: on_roof(Suns("hourly", *NO_SUN))),
+        ("albedo 1, 50 reflections: irradiance of the roof", 1.0, SINGLE, lambda: on_roof(None, **WHITE)),
         ("one thread minus four: largest difference", 0.0, 0.0, threads),
         ("non-finite values: arrays refused, of four", 4.0, 0.0, refused),
     ]
@@ -123,8 +125,7 @@ def moved_town():
     """Largest difference of any face's light."""
     suns = sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     here, there = (trace(town(away), suns, samples=64) for away in (np.zeros(3), np.array(UTM)))
-    names = ("diffuse_relative", "visible_share", "direct_reflected")
-    return max(float(np.abs(getattr(here, name) - getattr(there, name)).max()) for name in names), 0.0
+    return largest_difference(here, there), 0.0
 
 
 def closed_room():
@@ -219,25 +220,22 @@ def shares(directions, chosen, extreme):
     return float(extreme(transfer.visible_share[chosen])), 0.0
 
 
-def no_sun():
-    """Polar night: an empty list of suns."""
-    none = np.zeros(0, np.int32)
-    transfer = trace(join_parts([PLAIN, *HOUSE]), Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none))
-    return mean_of(transfer, ROOF)
+def on_roof(suns, **settings):
+    """Light on the roof of a house on a plain."""
+    return mean_of(trace(join_parts([PLAIN, *HOUSE]), suns, **settings), ROOF)
 
 
-def bright():
-    """No light is created if none is absorbed."""
-    transfer = trace(join_parts([PLAIN, *HOUSE]), albedo=1.0, ground_albedo=1.0, max_bounces=50)
-    return mean_of(transfer, ROOF)
+def largest_difference(one, other):
+    """Of any face's light in two Transfers: float."""
+    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+    return max(float(np.abs(getattr(one, name) - getattr(other, name)).max()) for name in names)
 
 
 def threads():
     """Largest difference between results with one and four threads."""
     scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     one, four = (trace(scene, suns, threads=count) for count in (1, 4))
-    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
-    return max(float(np.abs(getattr(one, name) - getattr(four, name)).max()) for name in names), 0.0
+    return largest_difference(one, four), 0.0
 
 
 def refused():

@@ -116,9 +116,6 @@ def choose_offer(offers, left, target=None):
     fitting = [one for one in offers if one.seconds + one.writing <= FIRST * left]
     if not fitting:
         return min(offers, key=lambda one: one.seconds + one.writing)
-
-    def merit(one):
-        error = one.error_in(left)
-        return max(error if np.isfinite(error) else 0.0, target or 0.0), one.seconds
-
-    return min(fitting, key=merit)
+    return min(
+        fitting, key=lambda one: (max(np.nan_to_num(one.error_in(left), posinf=0.0), target or 0.0), one.seconds)
+    )
