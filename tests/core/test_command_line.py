@@ -244,15 +244,11 @@ def test_refused_with_one_line(name, city, tmp_path, capfd, monkeypatch):
     assert names_in(tmp_path) == set()
 
 
-def test_a_full_folder_is_not_touched(city, tmp_path, capfd):
+def test_a_full_folder_is_not_touched_unless_asked_which_keeps_the_rest(city, tmp_path, capfd):
     (tmp_path / "notes.txt").write_text("mine")
     assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet"]) == 2
     assert "not empty" in capfd.readouterr().err
     assert names_in(tmp_path) == {"notes.txt"}
-
-
-def test_overwrite_replaces_results_and_keeps_the_rest(city, tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "preview.png").write_text("of an earlier run")
     assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet", "--overwrite", "--samples", "16"]) == 0
     assert names_in(tmp_path) == TABLES | {"notes.txt"}
