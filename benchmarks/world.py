@@ -19,7 +19,7 @@ import numpy as np
 import xarray
 
 from citypv.core.energy.pv_system import build_system, default_system
-from citypv.core.settings.presets import settings_of_method
+from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.world.compute_world import compute_world
@@ -67,7 +67,7 @@ def main():
 def print_meridian(options):
     places = grid_places(np.arange(0.0, 73.0), np.array([MERIDIAN]))
     for method, way in ((None, "exact"), ("paper", "paper")):
-        request = Request(**settings_of_method(method))
+        request = Request(**METHODS.get(method, {}), method=method)
         wanted = "isotropic" if method else options.sky
         environments, sky = read_environments([*options.environments, "unshaded"], build_system(request), wanted)
         source = model_source(places, "climate", request, "clear-sky")

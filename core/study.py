@@ -251,8 +251,7 @@ def weigh_kept_suns(transfer, axis):
     Transfer
     """
     suns = weigh_by_year(transfer.suns, *axis)
-    growth = np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum())
-    growth = max(1.0, growth)
+    growth = max(1.0, np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum()))
     parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
     error = transfer.direct_annual_standard_error * growth
     bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)

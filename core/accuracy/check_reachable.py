@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 
 from ..settings.progress import silent
-from .price_list import Knobs, price_city
+from .price_list import price_city
 from .refine import CELLS, unreachable
 from .sun_sampling import LOOKED_AT
 from .yield_errors import SAMPLED
@@ -41,13 +41,12 @@ def check_reachable(inputs, progress=silent):
     if not np.any(inputs.scene.surfaces.eligible):
         return ""
     city = price_city(inputs, list(dict.fromkeys([request.suns, *BETTER])), progress, LOOKED_AT)
-    count, fine = len(city.suns[request.suns]), city.pilot.runs["fine"]
-    errors = {}
+    count, errors, fine = len(city.suns[request.suns]), {}, city.pilot.runs["fine"]
+    of_pilot = replace(request, samples=fine.samples, shadow_samples=fine.shadow_samples)
     for way, suns in city.suns.items():
-        knobs = Knobs(fine.samples, fine.shadow_samples, len(suns), way, fine.bounces, request.patch_size)
         if way != request.suns and len(suns) <= count:
             continue
-        errors[way] = city.predict_errors(knobs)
+        errors[way] = city.predict_errors(city.knobs_of(of_pilot, way))
         if request.estimator == "forward":  # photons are not bound to patches
             errors[way].variance["discretisation"] = np.zeros(len(errors[way].hours))
     why = unreachable(errors[request.suns], request.target_error, CELLS)

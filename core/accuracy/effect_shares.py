@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
-from ..light.transfer import SourceLight, Transfer, take_rows
+from ..light.transfer import SourceLight, take_rows
 from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import sources_of
 
@@ -93,43 +93,6 @@ def draw_surfaces(surfaces):
     area = np.cumsum(surfaces.area[order])
     steps = (np.arange(MOST_SURFACES) + 0.5) / MOST_SURFACES * area[-1]
     return order[np.searchsorted(area, steps)], np.ones(MOST_SURFACES)
-
-
-def unshaded_transfer(scene, suns, ground_albedo):
-    """Transfer of the eligible surfaces of a scene as if nothing stood in front of them.
-
-    Parameters
-    ----------
-    scene : Scene
-    suns : Suns
-    ground_albedo : float
-
-    Returns
-    -------
-    Transfer
-        Of at most MOST_SURFACES surfaces.   # Eq 6, 7, 9 and 11
-    """
-    surfaces, count = scene.surfaces, len(scene.surfaces)
-    none = np.zeros(count)
-    cosine = np.cos(np.radians(surfaces.surface_tilt))
-    empty = np.zeros((count, 0), np.float32)
-    whole = Transfer(
-        surfaces=surfaces,
-        site=scene.site,
-        suns=suns,
-        covered_share=none,
-        sky_view_factor=(1 + cosine) / 2,
-        far_ground_view_factor=(1 - cosine) / 2,
-        ground_albedo=ground_albedo,
-        diffuse_relative=(1 + cosine) / 2 + ground_albedo * (1 - cosine) / 2,
-        diffuse_relative_standard_error=none,
-        visible_share=empty,
-        direct_reflected=empty,
-        direct_annual_standard_error=none,
-    )
-    few = take_rows(whole, draw_surfaces(surfaces)[0])
-    visible = (few.surfaces.normal @ suns.direction.T > 0).astype(np.float32)
-    return replace(few, visible_share=visible, direct_reflected=np.zeros_like(visible))
 
 
 def state_sky(summary, transfer, weather, system, *, sky, threads=None):

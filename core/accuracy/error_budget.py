@@ -80,22 +80,19 @@ def shares_of_sky_model(weather, names):
         "dni_extra": pvlib.irradiance.get_extra_radiation(weather.data.index).to_numpy(),
         "airmass": pvlib.atmosphere.get_relative_airmass(np.minimum(data["apparent_zenith"], 89.9)),
     }
-    return {name: share_of_sky_model(data, light, name) for name in names}
-
-
-def share_of_sky_model(data, light, name):
-    """That of one kind and orientation: float or None."""
-    kind, orientation = name
-    if kind not in TILTS or orientation not in AZIMUTHS:
-        return None
-    sums = {}
-    for model in ("perez", "isotropic"):
-        plane = pvlib.irradiance.get_total_irradiance(
-            TILTS[kind], AZIMUTHS[orientation], data["apparent_zenith"], data["solar_azimuth"],
-            data["dni"], data["ghi"], data["dhi"], model=model, **light,
+    found = dict.fromkeys(names)
+    for kind, orientation in names:
+        if kind not in TILTS or orientation not in AZIMUTHS:
+            continue
+        perez, isotropic = (
+            float(np.nansum(pvlib.irradiance.get_total_irradiance(
+                TILTS[kind], AZIMUTHS[orientation], data["apparent_zenith"], data["solar_azimuth"],
+                data["dni"], data["ghi"], data["dhi"], model=model, **light,
+            )["poa_global"]))
+            for model in ("perez", "isotropic")
         )  # fmt: skip
-        sums[model] = float(np.nansum(plane["poa_global"]))
-    return sums["perez"] / sums["isotropic"] - 1 if sums["isotropic"] > 0 else None
+        found[kind, orientation] = perez / isotropic - 1 if isotropic > 0 else None
+    return found
 
 
 def budget_surfaces(errors):

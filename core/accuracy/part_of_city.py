@@ -19,7 +19,6 @@ from ..patches.patches import take_patches
 
 STAND_INS = 2_048  # for generated ground, and as many for all else
 BACKS = 4  # rows for backs: of sheets or not, of the ground from below or not
-FEWEST_STARTS, STARTS = 256, 8192  # places drawn in each kind and orientation, and in all
 
 
 @dataclass
@@ -91,13 +90,6 @@ def turn_to_rows(rows, facing, directions, hit):
             hit[ray] = back[met] if along > 0 else front[met]
 
 
-def can_be_reduced(plan):
-    """Whether all that rays do is told by rows of the part: crowns and mirrors need the very triangles that are hit."""
-    specular = plan["specular"]
-    switched_off = specular.bound is None  # such faces are black
-    return plan.foliage is None and not (specular.on or switched_off)
-
-
 def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, reported=()):
     """Reduce a city to some of its patches.
 
@@ -119,9 +111,14 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     PartOfCity
         The whole city where hardly a row would be saved, or where it cannot be reduced.
     """
-    others = choose_stand_ins(prepared.scene, ~part, stand_ins) if members is None else np.zeros(0, int)
-    rows = np.flatnonzero(part)
-    if len(rows) + len(others) + BACKS >= len(part) or not can_be_reduced(prepared.plan):
+    rows, ground = np.flatnonzero(part), prepared.scene.triangle_surface < 0
+    # Evenly spread: the generated ground first, then all else.
+    kinds = (np.flatnonzero(~part & kind) for kind in (ground, ~ground)) if members is None else ()
+    others = np.concatenate([np.zeros(0, int), *(kind[:: max(-(-len(kind) // stand_ins), 1)] for kind in kinds)])
+    # Crowns and mirrors need the very triangles that are hit; mirrors that are switched off are black.
+    plan, specular = prepared.plan, prepared.plan["specular"]
+    by_triangles = plan.foliage is not None or specular.on or specular.bound is None
+    if len(rows) + len(others) + BACKS >= len(part) or by_triangles:
         return PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
     owner = prepared.scene.triangle_surface
     surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
@@ -141,18 +138,11 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     whole = prepared.plan.ray_scene, prepared.patches, taken
     ray_scene = RaysOfPart(rows_of_hits(prepared, rows, others, members), whole)
-    plan = take_plan(prepared.plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
+    plan = take_plan(plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
     reduced = replace(
         prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene)
     )
     return PartOfCity(few, reduced, rows, surfaces)
-
-
-def choose_stand_ins(scene, others, count):
-    """Patches, evenly spread, that stand for some others: the generated ground first, then all else: (s,) int."""
-    ground = scene.triangle_surface < 0
-    kinds = (np.flatnonzero(others & ground), np.flatnonzero(others & ~ground))
-    return np.concatenate([found[:: max(-(-len(found) // count), 1)] for found in kinds])
 
 
 def stand_for_others(patches, first):
@@ -216,42 +206,3 @@ def spread_transfer(transfer, part, surfaces):
     }
     unknown = dict.fromkeys(("material", "albedos", "error_parts"))
     return replace(transfer, surfaces=surfaces, sources=sources, **wide | unknown)
-
-
-def draw_starts(patches, owner, surfaces, seed, count=STARTS):
-    """Patches of eligible surfaces, or of all if none is eligible, drawn by area in each kind and orientation.
-
-    Returns
-    -------
-    start : (m,) int
-    weight : (m,) float64
-    group : (m,) int
-    groups : list of str
-    """
-    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    wanted = surfaces.eligible if surfaces.eligible.any() else np.ones(len(names), bool)
-    groups, number = np.unique(names[wanted], return_inverse=True) if len(names) else ([], np.zeros(0, int))
-    of_surface = np.full(len(names) + 1, -1)  # the generated ground's -1 takes the last
-    of_surface[:-1][wanted] = number
-    of_patch = np.where(patches.receives & (patches.area > 0), of_surface[owner], -1)
-    generator = np.random.default_rng([seed, 0x57A7])
-    whole = patches.area[of_patch >= 0].sum()
-    start, weight, group = [], [], []
-    for index in range(len(groups)):
-        members = np.flatnonzero(of_patch == index)
-        if not len(members):
-            continue
-        own = patches.area[members].sum()
-        many = max(FEWEST_STARTS, round(count * own / whole))
-        start.append(np.sort(generator.choice(members, many, p=patches.area[members] / own)))
-        weight.append(np.full(many, own / whole / many))
-        group.append(np.full(many, index))
-    if not start:
-        return np.zeros(0, int), np.zeros(0), np.zeros(0, int), []
-    return np.concatenate(start), np.concatenate(weight), np.concatenate(group), [str(name) for name in groups]
-
-
-def random_points(generator, count):
-    """Barycentric weights of uniform points of triangles: two (count,) float32."""
-    u, v = np.sort(generator.random((2, count), np.float32), axis=0)
-    return u, v - u

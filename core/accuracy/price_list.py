@@ -20,7 +20,7 @@ from ..settings.request import Request
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from .pilot import CityYear, PilotRun, run_pilot, terms_before_suns, terms_of_suns
-from .sun_sampling import FEWER, LOOKED_AT, TracedYear, fill_untraced, measure_ways, name_groups, shares_of_names
+from .sun_sampling import FEWER, LOOKED_AT, TracedYear, fill_untraced, measure_ways, name_groups
 from .yield_errors import SAMPLED, SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -123,7 +123,13 @@ class PricedCity:
     def shares(self, way, part):
         """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
         names = name_groups(self.pilot.transfer.surfaces)[self.pilot.runs["fine"].errors.rows]
-        return shares_of_names(self.sampling[way], names, part)
+        measured = self.sampling[way]
+        return np.array([measured.get("groups", {}).get(name, measured)[part] for name in names]) / 100
+
+    def knobs_of(self, request, way):
+        """Knobs of the settings of a run with some sun sampling."""
+        rays, bounces = (request.samples, request.shadow_samples), self.pilot.runs["fine"].bounces
+        return Knobs(*rays, len(self.suns[way]), way, bounces, request.patch_size)
 
     def growth(self, knobs):
         """Number of patches over that of the pilot: finer ones come of halved edges, small ones stay as they are."""
@@ -211,14 +217,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     ways = list(dict.fromkeys([request.suns, *WAYS]))
     city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
     fixed = reading + preparing + city.checking + city.electricity
-    own = Knobs(
-        request.samples,
-        request.shadow_samples,
-        len(city.suns[request.suns]),
-        request.suns,
-        city.pilot.runs["fine"].bounces,
-        request.patch_size,
-    )
+    own = city.knobs_of(request, request.suns)
 
     def price(name, **changes):
         if "way" in changes:
@@ -230,7 +229,11 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         left = 100 * city.left_by_bounces(knobs.bounces)
         return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
-    listed = [price(name, **knobs_of_preset(name)) for name in PRESETS]
+    default = Request()  # a preset stands for the program's defaults where it names nothing
+    plain = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
+    names = {"suns": "way", "max_bounces": "bounces"}
+    presets = {name: {names.get(key, key): value for key, value in one.items()} for name, one in PRESETS.items()}
+    listed = [price(name, **plain | changes) for name, changes in presets.items()]
     listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
     listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
     listed += [price(f"--suns {way}", way=way) for way in ways]
@@ -239,14 +242,6 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
     return PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
-
-
-def knobs_of_preset(name):
-    """Changes of Knobs that a preset stands for; what it does not name is the program's default: dict."""
-    default, settings = Request(), PRESETS[name]
-    found = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
-    names = {"suns": "way", "max_bounces": "bounces"}
-    return found | {names.get(key, key): value for key, value in settings.items()}
 
 
 def describe_prices(listed):

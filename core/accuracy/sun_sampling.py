@@ -67,7 +67,11 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
         true, *hours_of_ways = map_in_order(hours_of, [exact, *clustered], threads)
     surfaces = transfer.surfaces
     names = name_groups(exact.surfaces)
-    weight, whole = weigh_groups(names, surfaces), np.ones(len(names))
+    # Patches stand for the eligible area: of small groups more of them are looked at.
+    weight, whole, name_of_surface = np.zeros(len(names)), np.ones(len(names)), name_groups(surfaces)
+    for name in np.unique(names):
+        members, own = names == name, surfaces.eligible & (name_of_surface == name)
+        weight[members] = surfaces.area[own].sum() / members.sum()
     hours_of_ways, found = iter(hours_of_ways), []
     for hours in (true if suns.sampling == "hourly" else next(hours_of_ways) for suns in ways):
         parts = {
@@ -81,21 +85,6 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
 def name_groups(surfaces):
     """Kind and orientation of surfaces as one text each: (n,) str."""
     return np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
-
-
-def weigh_groups(names, surfaces):
-    """Weights that make patches stand for the eligible area: of small groups more patches are looked at."""
-    whole, weight = name_groups(surfaces), np.zeros(len(names))
-    for name in np.unique(names):
-        members = names == name
-        weight[members] = surfaces.area[surfaces.eligible & (whole == name)].sum() / members.sum()
-    return weight
-
-
-def shares_of_names(measured, names, part):
-    """One of the numbers of a choice of suns for kinds and orientations (n,) str, as a share of hours: (n,) float64."""
-    groups = measured.get("groups", {})
-    return np.array([groups.get(name, measured)[part] for name in names]) / 100
 
 
 def no_error(count):
@@ -141,20 +130,17 @@ def fill_untraced(transfer):
         return transfer
 
     def fill(values):
-        return fill_means(np.asarray(values), traced, names, area)
+        """Values (n, …) with the mean over traced surfaces of the same name, or over all, where none was traced."""
+        values = np.asarray(values)
+        filled = values.copy()
+        for name in np.unique(names[~traced]):
+            alike = traced & (names == name)
+            alike = alike if alike.any() else traced
+            filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
+        return filled
 
     sources = {
         name: SourceLight(**{field: fill(values) for field, values in vars(light).items()})
         for name, light in transfer.sources.items()
     }
     return replace(transfer, sources=sources, **{name: fill(getattr(transfer, name)) for name in FILLED})
-
-
-def fill_means(values, traced, names, area):
-    """Values (n, …) of untraced surfaces replaced by the mean over traced ones of the same name, or of all."""
-    filled = values.copy()
-    for name in np.unique(names[~traced]):
-        alike = traced & (names == name)
-        alike = alike if alike.any() else traced
-        filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
-    return filled

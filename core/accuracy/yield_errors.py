@@ -96,12 +96,35 @@ def split_errors(transfer, weather, energy):
     -------
     YieldErrors
     """
-    hours = energy.full_load_hours
-    sums = hours, energy.poa_global_annual, energy.years
-    own, passed_on, discretisation, shadows = carry_to_hours(
-        transfer, weather, *sums, sky=split_sky(weather, energy.sky)
+    hours, record = energy.full_load_hours, transfer.record
+    parts, doubt = variances_of_hours(transfer, weather, energy)
+    chosen, forward = find_lit(energy), record is not None and record.request.get("estimator") == "forward"
+    return YieldErrors(
+        {name: part[chosen] for name, part in parts.items()},
+        hours[chosen],
+        energy.counted_area[chosen],
+        record.rounds if record else 1,
+        np.flatnonzero(chosen),
+        dict.fromkeys(SAMPLED, 1.0) if forward else SAMPLED,  # photons are independent from round to round
+        doubt[chosen],
     )
-    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
+
+
+def variances_of_hours(transfer, weather, energy):
+    """Variances of the full load hours of all surfaces by source, and how uncertain that of the suns is.
+
+    Returns
+    -------
+    parts : dict
+        Of SOURCES -> (n,) float64 [h²].
+    doubt : (n,) float64
+        As of `YieldErrors`.
+    """
+    hours, surfaces = energy.full_load_hours, transfer.surfaces
+    own, passed_on, discretisation, shadows = carry_to_hours(
+        transfer, weather, hours, energy.poa_global_annual, energy.years, sky=split_sky(weather, energy.sky)
+    )
+    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
     rms, rms_error = (
         np.array([sun_sampling_share(transfer.record, name, part) for name in names])
         for part in ("rms", "rms_standard_error")
@@ -113,21 +136,7 @@ def split_errors(transfer, weather, energy):
         "discretisation": discretisation**2,
         "suns": (rms * hours) ** 2,
     }
-    chosen = find_lit(energy)
-    return YieldErrors(
-        {name: part[chosen] for name, part in parts.items()},
-        hours[chosen],
-        energy.counted_area[chosen],
-        transfer.record.rounds if transfer.record else 1,
-        np.flatnonzero(chosen),
-        dict.fromkeys(SAMPLED, 1.0) if is_forward(transfer.record) else SAMPLED,
-        np.minimum(rms_error / np.maximum(rms, 1e-9), 1)[chosen],
-    )
-
-
-def is_forward(record):
-    """Whether photons were followed: their numbers are independent from round to round."""
-    return record is not None and record.request.get("estimator") == "forward"
+    return parts, np.minimum(rms_error / np.maximum(rms, 1e-9), 1)
 
 
 def find_lit(energy):
@@ -159,14 +168,9 @@ def seconds_to_halve(transfer, weather, energy):
         [s] of the computer that traced; inf where no number of rounds is enough, NaN without full load hours, without
         an error, or where no times are known.
     """
-    hours = energy.full_load_hours
-    own, passed_on, discretisation, _ = carry_to_hours(
-        transfer, weather, hours, energy.poa_global_annual, energy.years, sky=split_sky(weather, energy.sky)
-    )
-    names = zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True)
-    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
-    sampled = own + variance_of_mean(passed_on)
-    return times_more(sampled, discretisation**2 + (rms * hours) ** 2) * seconds_of_rounds(transfer)
+    parts, _ = variances_of_hours(transfer, weather, energy)
+    fixed = parts["discretisation"] + parts["suns"]
+    return times_more(sum(parts[name] for name in SAMPLED), fixed) * seconds_of_rounds(transfer)
 
 
 def times_more(sampled, fixed):

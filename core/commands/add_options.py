@@ -98,11 +98,6 @@ def switch(text):
     return text == "on"
 
 
-def one_of(values):
-    """The only one of several values, or all of them."""
-    return values[0] if isinstance(values, list) and len(values) == 1 else values
-
-
 def pair(text):
     """A key and whether it is on."""
     key, _, state = text.partition("=")
@@ -216,7 +211,7 @@ def request_of_options(options):
         elif known[name].kind == "names":
             given[name] = tuple(value)
         elif known[name].kind == "texts":
-            given[name] = one_of(value)
+            given[name] = value[0] if isinstance(value, list) and len(value) == 1 else value
     implied = implied_settings(given)
     if "effects" in implied and "effects" in given:
         given["effects"] = {**implied["effects"], **given["effects"]}

@@ -3,7 +3,7 @@
 from functools import cache
 
 import numpy as np
-import pvlib
+from pvlib.temperature import sapm_cell
 
 from ..energy.pv_system import default_system
 from ..light.solve_radiosity import radiosity_factor, solve_radiosity
@@ -71,7 +71,8 @@ def closed_form_checks():
         checks.append((name, expected, SINGLE * expected, lambda a=albedo, n=bounces: furnace(a, n)))
     for name, (expected, one, other) in VIEW_FACTORS.items():
         checks.append((f"view factor, {name}", expected, SINGLE, lambda one=one, other=other: view(one, other)))
-    checks.append(("cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", 40.291, 5e-4, cell_temperature))
+    name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", default_system().thermal
+    checks.append((name, 40.291, 5e-4, lambda: (float(sapm_cell(900.0, 20.0, 5.0, **thermal)), 0.0)))
     return checks
 
 
@@ -85,7 +86,7 @@ def sun_at(*direction):
 
 def trace(scene, suns=None, **settings):
     """Transfer of a scene, by default under the sun at zenith."""
-    return trace_gather(scene, suns or sun_at([0, 0, 1]), Request(**settings), silent)
+    return trace_gather(scene, sun_at([0, 0, 1]) if suns is None else suns, Request(**settings), silent)
 
 
 def mean_of(transfer, chosen, name="diffuse_relative"):
@@ -156,8 +157,3 @@ def view(one, other):
     share = patches.area[:own] / patches.area[:own].sum()
     error = share**2 @ shares.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
     return float(share @ shares.mean(axis=1)), float(np.sqrt(error))
-
-
-def cell_temperature():
-    """Sandia's cell temperature, with the mounting of the default system."""
-    return float(pvlib.temperature.sapm_cell(900.0, 20.0, 5.0, **default_system().thermal)), 0.0

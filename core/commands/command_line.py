@@ -141,22 +141,20 @@ def build_parser():
     world.set_defaults(run=run_world, parser=world)
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
     add_city(inspect)
-    inspect.add_argument("--json", action="store_true", help="print as JSON")
     inspect.set_defaults(run=run_inspect)
     effects = commands.add_parser("effects", help="list which effects a run on this city simulates, and why")
     add_city(effects)
     add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
-    effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects, parser=effects)
     accuracy = commands.add_parser("accuracy", help="predict seconds and errors of each setting from a short pilot")
     add_city(accuracy)
     add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
-    accuracy.add_argument("--json", action="store_true", help="print as JSON")
     accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
     accuracy.set_defaults(run=run_accuracy, parser=accuracy)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
-    selfcheck.add_argument("--json", action="store_true", help="print as JSON")
     selfcheck.set_defaults(run=run_selfcheck)
+    for command in (inspect, effects, accuracy, selfcheck):
+        command.add_argument("--json", action="store_true", help="print as JSON")
     return parser
 
 

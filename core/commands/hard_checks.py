@@ -19,11 +19,16 @@ from .plain_scenes import box, join_parts, rectangle, room
 RAYS = {"sky-rays": True, "shadow-rays": True}
 PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
 HOUSE = box((-5, -5, 0), (5, 5, 10))
-ROOF, SOUTH, EAST, WEST = (24 + np.arange(2) + 2 * side for side in (0, 2, 4, 5))
+ROOF, SOUTH, SIDE_WALLS = 24 + np.arange(2), 28 + np.arange(2), 32 + np.arange(4)
+SUN_IN_PLANE, LOW_SUN = [[0, -0.8, 0.6]], [[0, -1, 0]]  # in the south
+NO_SUN = np.zeros((0, 3)), np.zeros(0), *np.zeros((2, 0), np.int32)  # polar night
+WHITE = {"albedo": 1.0, "ground_albedo": 1.0, "max_bounces": 50}  # no light is created if none is absorbed
 # Underside of a square slab of 10 m, 3 m above open ground, three reflections: numeric radiosity in squares of 0.25 m.
 UNDERSIDE = 0.1495
 SLOT = (6 + 1.5 - np.hypot(1.5, 6)) / (2 * 6)  # crossed strings
 UTM = (389_120.0, 5_816_320.0, 30.0)  # whole squares of the ground
+TURN = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]  # about no axis in particular
+TURN *= np.sign(np.linalg.det(TURN))
 SIDES = ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
 
 
@@ -45,55 +50,57 @@ def hard_checks():
         ("valley as one object, sides at 45°: sky view factor", np.sqrt(0.5), 0.001, valley),
         ("wall 1.5 m behind a sheet of 6 m: sky view factor", SLOT, 0.003, board),
         ("sun at zenith: visible share on walls", 0.0, 0.0, lambda: shares([[0, 0, 1]], SOUTH, np.max)),
-        ("sun in the plane of two walls: visible share on them", 0.0, 0.0, in_plane),
-        ("sun on the horizon: visible share on the wall facing it", 1.0, SINGLE, on_horizon),
-        ("no sun: irradiance of the roof", 1.0, SINGLE, no_sun),
-        ("albedo 1, 50 reflections: irradiance of the roof", 1.0, SINGLE, bright),
+        (
+            "sun in the plane of two walls: visible share on them",
+            0.0,
+            0.0,
+            lambda: shares(SUN_IN_PLANE, SIDE_WALLS, np.max),
+        ),
+        (
+            "sun on the horizon: visible share on the wall facing it",
+            1.0,
+            SINGLE,
+            lambda: shares(LOW_SUN, SOUTH, np.min),
+        ),
+        ("no sun: irradiance of the roof", 1.0, SINGLE, lambda: on_roof(Suns("hourly", *NO_SUN))),
+        ("albedo 1, 50 reflections: irradiance of the roof", 1.0, SINGLE, lambda: on_roof(None, **WHITE)),
         ("one thread minus four: largest difference", 0.0, 0.0, threads),
         ("non-finite values: arrays refused, of four", 4.0, 0.0, refused),
     ]
 
 
+def faces_of_box(low, high):
+    """Six faces of a box: roof, floor, south, east, north, west: (6, 4, 3) float64."""
+    base = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    corners = np.array([[*place, z] for z in (0, 1) for place in base]) * np.subtract(high, low) + low
+    return corners[list(SIDES)]
+
+
 def town(away):
     """Twelve boxes in the coordinates of a file, moved."""
-    generator = np.random.default_rng(1)
-    points = []
+    generator, boxes = np.random.default_rng(1), []
     for place in range(12):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
-        corner = 20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3)
-        base = corner + size[:2] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-        corners = np.vstack([np.column_stack([base, np.full(4, z)]) for z in (0, size[2])])
-        points.append(corners[list(SIDES)].reshape(-1, 3))
-    points = np.concatenate(points) + away
-    count = len(points) // 4
-    names = [f"side {index}" for index in range(count)]
-    buildings = [f"house {index // 6}" for index in range(count)]
-    rings = np.arange(0, len(points) + 1, 4)
-    return build_scene(City(names, buildings, [""] * count, points, rings, np.arange(count + 1), None), 52.5, 13.4)
+        low = np.append(20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3), 0)
+        boxes.append(faces_of_box(low, low + size) + away)
+    return scene_of_faces(boxes, ground="auto")
 
 
-def scene_of_faces(parts, patch_size):
+def scene_of_faces(parts, patch_size=10.0, ground="none"):
     """Scene of rectangles, (4, 3) each: a list for each building."""
     faces = np.array([face for part in parts for face in part], float)
     count = len(faces)
     names, buildings = [f"face {k}" for k in range(count)], [f"b{k}" for k, part in enumerate(parts) for _ in part]
     rings = np.arange(0, 4 * count + 1, 4)
     city = City(names, buildings, [""] * count, faces.reshape(-1, 3), rings, np.arange(count + 1), None)
-    return build_scene(city, 52.5, 13.4, ground="none", patch_size=patch_size)
-
-
-def faces_of_box(low, high):
-    """Six faces of a box: floor, roof, south, east, north, west."""
-    base = [[0, 0], [1, 0], [1, 1], [0, 1]]
-    corners = np.array([[*place, z] for z in (0, 1) for place in base]) * np.subtract(high, low) + low
-    return corners[[[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]]
+    return build_scene(city, 52.5, 13.4, ground=ground, patch_size=patch_size)
 
 
 def canopy():
     """Light on the underside of a slab above a plain, drawn as its own object."""
     plain = [[[-30, -30, 0], [30, -30, 0], [30, 30, 0], [-30, 30, 0]]]
     scene = scene_of_faces([plain, faces_of_box((-5, -5, 3), (5, 5, 3.01))], 2.0)
-    return mean_of(trace(scene, samples=256, max_bounces=3), [1])
+    return mean_of(trace(scene, samples=256, max_bounces=3), [2])
 
 
 def board():
@@ -118,30 +125,22 @@ def moved_town():
     """Largest difference of any face's light."""
     suns = sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     here, there = (trace(town(away), suns, samples=64) for away in (np.zeros(3), np.array(UTM)))
-    names = ("diffuse_relative", "visible_share", "direct_reflected")
-    return max(float(np.abs(getattr(here, name) - getattr(there, name)).max()) for name in names), 0.0
-
-
-def spin():
-    """A rotation about no axis in particular: (3, 3)."""
-    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
-    return turn * np.sign(np.linalg.det(turn))
+    return largest_difference(here, there), 0.0
 
 
 def closed_room():
     """Light on the brightest face."""
-    scene = join_parts(room((0, 0, 0), (7, 3, 5)), spin(), (2000, -2000, 500))
+    scene = join_parts(room((0, 0, 0), (7, 3, 5)), TURN, (2000, -2000, 500))
     transfer = trace(scene, sun_at([0.3, -0.8, 0.6], [0, 0, 1]), samples=1 << 15, shadow_samples=1024)
     return float(max(transfer.diffuse_relative.max(), transfer.visible_share.max())), 0.0
 
 
 def grazing():
     """Suns from straight above a face down to 0.1° above its plane, all around it, 10 km from the origin."""
-    turn = spin()
     angle, around = (grid.ravel() for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 15))))
     local = np.column_stack([np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)])
-    directions = local @ turn.T
-    scene = join_parts([rectangle([0, 0, 0], [10, 0, 0], [0, 10, 0], 10)], turn, (7000, -7000, 100))
+    directions = local @ TURN.T
+    scene = join_parts([rectangle([0, 0, 0], [10, 0, 0], [0, 10, 0], 10)], TURN, (7000, -7000, 100))
     suns = sun_at(*directions[directions[:, 2] > 1e-3])
     return float(trace(scene, suns, samples=64, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
 
@@ -150,7 +149,7 @@ def coplanar():
     """Sky and far ground of the small faces together."""
     parts = [rectangle([0, -500, 0], [1000, 0, 0], [0, 1000, 0])]
     parts += [rectangle([-0.01, 0.01 * place, 0], [0.01, 0, 0], [0, 0.01, 0]) for place in range(20)]
-    transfer = trace(join_parts(parts, spin()), samples=4096, effects=RAYS)
+    transfer = trace(join_parts(parts, TURN), samples=4096, effects=RAYS)
     return float((transfer.sky_view_factor + transfer.far_ground_view_factor)[2:].min()), 0.0
 
 
@@ -221,35 +220,22 @@ def shares(directions, chosen, extreme):
     return float(extreme(transfer.visible_share[chosen])), 0.0
 
 
-def in_plane():
-    """Sun in the south: edge-on to the east and west walls."""
-    return shares([[0, -0.8, 0.6]], np.concatenate([EAST, WEST]), np.max)
+def on_roof(suns, **settings):
+    """Light on the roof of a house on a plain."""
+    return mean_of(trace(join_parts([PLAIN, *HOUSE]), suns, **settings), ROOF)
 
 
-def on_horizon():
-    """Sun at elevation 0 in the south."""
-    return shares([[0, -1, 0]], SOUTH, np.min)
-
-
-def no_sun():
-    """Polar night: an empty list of suns."""
-    none = np.zeros(0, np.int32)
-    transfer = trace(join_parts([PLAIN, *HOUSE]), Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none))
-    return mean_of(transfer, ROOF)
-
-
-def bright():
-    """No light is created if none is absorbed."""
-    transfer = trace(join_parts([PLAIN, *HOUSE]), albedo=1.0, ground_albedo=1.0, max_bounces=50)
-    return mean_of(transfer, ROOF)
+def largest_difference(one, other):
+    """Of any face's light in two Transfers: float."""
+    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+    return max(float(np.abs(getattr(one, name) - getattr(other, name)).max()) for name in names)
 
 
 def threads():
     """Largest difference between results with one and four threads."""
     scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     one, four = (trace(scene, suns, threads=count) for count in (1, 4))
-    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
-    return max(float(np.abs(getattr(one, name) - getattr(four, name)).max()) for name in names), 0.0
+    return largest_difference(one, four), 0.0
 
 
 def refused():

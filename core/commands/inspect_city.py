@@ -37,6 +37,10 @@ def inspect_city(paths, request, progress=silent):
     city = read_buildings(paths, request, progress)
     scene = stand_city(city, replace(request, patch_size=None))
     surfaces = scene.surfaces
+    names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
+    materials = group_areas(names, surfaces.area, names != "")
+    for name, group in materials.items():
+        group["taken_as"] = describe_finish(named_material(name, scene.colours.get(name)))
     return {
         "report": asdict(scene.report),
         "site": asdict(scene.site),
@@ -49,19 +53,28 @@ def inspect_city(paths, request, progress=silent):
             surfaces.area,
             surfaces.eligible,
         ),
-        "materials": describe_materials(scene),
+        "materials": materials,
         "trees": describe_trees(scene.trees),
-        "findings": describe_findings(list_findings(scene)),
+        "findings": [
+            {
+                "heading": finding.heading,
+                "reason": finding.reason,
+                "count": len(finding.names),
+                "area": None if finding.area is None else round(finding.area, 3),
+                "ids": finding.names,
+            }
+            for finding in list_findings(scene)
+        ],
     }
 
 
-def describe_materials(scene):
-    """Materials of the surfaces in the files: count and area by name, and their properties with `--materials`."""
-    surfaces = scene.surfaces
-    names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
-    groups = group_areas(names, surfaces.area, names != "")
-    finishes = {name: named_material(name, scene.colours.get(name)) for name in groups}
-    return {name: group | {"taken_as": describe_spec(finishes[name])} for name, group in groups.items()}
+def describe_finish(finish):
+    """The reflection of a material in words; "" if unknown."""
+    if finish is None:
+        return ""
+    brdf = finish.brdf()
+    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
+    return f"{finish.material}: {words}" if finish.material else words
 
 
 def describe_trees(crowns):
@@ -76,29 +89,6 @@ def describe_trees(crowns):
         ],
         "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),
     }
-
-
-def describe_spec(finish):
-    """The reflection of a material in words; "" if unknown."""
-    if finish is None:
-        return ""
-    brdf = finish.brdf()
-    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
-    return f"{finish.material}: {words}" if finish.material else words
-
-
-def describe_findings(findings):
-    """Findings in plain types: heading, reason, count, area [m²] and ids."""
-    return [
-        {
-            "heading": finding.heading,
-            "reason": finding.reason,
-            "count": len(finding.names),
-            "area": None if finding.area is None else round(finding.area, 3),
-            "ids": finding.names,
-        }
-        for finding in findings
-    ]
 
 
 def group_areas(names, area, chosen=None):
@@ -121,12 +111,16 @@ def describe_city(found):
         place = (
             f"latitude {site['latitude']:.5f}°, longitude {site['longitude']:.5f}°, altitude {site['altitude']:.1f} m"
         )
+    met, used = (
+        ", ".join(f"{name or '(none)'}: {count:,}" for name, count in report[key].items()) or "none"
+        for key in ("lods_met", "lods_chosen")
+    )
     lines = [
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
-        f"LoDs found   {words_of(report['lods_met'])}",
-        f"LoDs used    {words_of(report['lods_chosen'])}",
+        f"LoDs found   {met}",
+        f"LoDs used    {used}",
         f"CRS          {site['crs'] or 'none'}",
         f"place        {place}",
         f"grid north   at {site['convergence']:+.4f}° from true north",
@@ -150,20 +144,8 @@ def describe_city(found):
         f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: --albedo is used'}"
         for name, row in found["materials"].items()
     ]
-    return [*lines, *findings_as_lines(found["findings"]), *report["notes"]]
-
-
-def findings_as_lines(findings):
-    """A line for each finding: count, reason, area, the first ids."""
-    lines = []
-    for finding in findings:
-        names = ", ".join(map(str, finding["ids"][:NAMES_SHOWN]))
-        more = " …" if finding["count"] > NAMES_SHOWN else ""
+    for finding in found["findings"]:
+        ids = ", ".join(map(str, finding["ids"][:NAMES_SHOWN])) + (" …" if finding["count"] > NAMES_SHOWN else "")
         area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
-        lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({names}{more})")
-    return lines
-
-
-def words_of(counts):
-    """Counts by name in words: LoD 2: 3,080."""
-    return ", ".join(f"{name or '(none)'}: {count:,}" for name, count in counts.items()) or "none"
+        lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({ids})")
+    return [*lines, *report["notes"]]

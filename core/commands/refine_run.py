@@ -1,16 +1,11 @@
 """Further rounds of a run for `--target-error` and `--time-budget`."""
 
 import time
-from typing import NamedTuple
 
 from ..accuracy.refine import Goal, choose_counted, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
-from ..city.scene import Scene
-from ..light.prepare_scene import PreparedScene
 from ..settings.progress import TerminalProgress
-from ..settings.request import Request
 from ..study import compute_energy, trace_round
-from ..weather.weather import Weather
 
 WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
 ADAPTIVE = 8  # times more samples in the same time where only some surfaces get them: at most
@@ -22,15 +17,6 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
-class RunInputs(NamedTuple):
-    """What a run traces, and for which year."""
-
-    scene: Scene
-    prepared: PreparedScene
-    weather: Weather
-    request: Request
-
-
 def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     """Trace rounds until the target is met or the time is up.
 
@@ -38,7 +24,7 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     ----------
     transfer : Transfer
         The first round, with its error of sun sampling.
-    inputs : RunInputs
+    inputs : CityYear
     log : RunLog
     progress : Interruption
     folder : path-like
@@ -75,19 +61,15 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     if why:
         log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
 
-    aim = target or aim_in_time(judge(transfer), transfer.record, deadline)
+    aim = target
+    if aim is None:
+        # The error that rounds can reach until the deadline if most surfaces are left out. Low rather than high:
+        # surfaces that are known so well get no more samples.
+        left = max(deadline - time.monotonic(), 0) / max(sum(transfer.record.seconds.values()), 1e-9)
+        aim = judge(transfer).at_share(more=1 + ADAPTIVE * left)
 
     def choose(errors, before):
         return choose_counted(errors, request, aim, transfer.surfaces, before)
 
     goal = Goal(target, deadline, largest_round(request), choose)
     return refine_transfer(transfer, judge, goal, trace, log.write)
-
-
-def aim_in_time(errors, record, deadline):
-    """Error on 95 % of the eligible area that rounds can reach until a deadline if most surfaces are left out [%].
-
-    Low rather than high: surfaces that are known so well get no more samples.
-    """
-    left = max(deadline - time.monotonic(), 0)
-    return errors.at_share(more=1 + ADAPTIVE * left / max(sum(record.seconds.values()), 1e-9))

@@ -105,20 +105,15 @@ def plot_results(folder):
     """
     if importlib.util.find_spec("matplotlib") is None:
         raise InputError("citypv plot", "needs matplotlib, which is not installed", "type: pip install matplotlib")
-    if (Path(folder) / "world.nc").is_file():
-        return redraw_world(Path(folder))
+    path = Path(folder) / "world.nc"
+    if path.is_file():
+        from ..world.draw_world import draw_world
+
+        names = draw_world(path, path.parent)
+        if not names:
+            raise InputError(path, "holds single places, of which there are no pictures", "give a world on a grid")
+        return [path.parent / name for name in names]
     from ..results.read_results import read_results
     from ..results.write_report import write_report
 
     return [write_report(folder, read_results(folder))]
-
-
-def redraw_world(folder):
-    """Draw the pictures of a world anew: list of pathlib.Path."""
-    from ..world.draw_world import draw_world
-
-    path = folder / "world.nc"
-    names = draw_world(path, folder)
-    if not names:
-        raise InputError(path, "holds single places, of which there are no pictures", "give a world on a grid")
-    return [folder / name for name in names]

@@ -43,7 +43,7 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from .refine_run import RunInputs, refine_run, wants_rounds
+from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget
 
@@ -116,13 +116,18 @@ def simulate(paths, folder, request, *, output=None, stream=None, cluster=None, 
         if request.time_budget and free and not cluster:
             request = spend_budget(scene, weather, request, free, log)
         log.write("Effects included for this scene:")
-        prepared = prepare_run(scene, weather, request, cluster, log)
+        if cluster:
+            prepared = plan_tiles(scene, weather, request, cluster, log.write)
+        else:
+            prepared = prepare_study(scene, weather, request)
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
         log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
         tiles = None
         if cluster:
-            transfer, tiles = trace_in_tiles(prepared, weather, request, cluster, log, folder=kept_beside(folder))
+            with keeping(kept := kept_beside(folder), log.write):
+                told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
+                transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
         else:
             transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
@@ -169,7 +174,8 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
             prepared = build_tree(prepared, request)
-            told = check_reachable(CityYear(scene, prepared, weather, request), heard) if request.target_error else ""
+            inputs = CityYear(scene, prepared, weather, request)
+            told = check_reachable(inputs, heard) if request.target_error else ""
             if told:
                 log.write(told)
             prepared = replace(prepared, round=Round())
@@ -182,9 +188,8 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         except CancelledError:
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
-            transfer = refine_run(
-                transfer, RunInputs(scene, prepared, weather, request), log, heard, folder=folder, told=told
-            )
+            inputs = CityYear(scene, prepared, weather, request)
+            transfer = refine_run(transfer, inputs, log, heard, folder=folder, told=told)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
@@ -272,30 +277,6 @@ def draw_city(city, scene, request):
     """City whose polygons are the surfaces of its scene: cells of the grid, and racks."""
     cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
     return city_with_racks(cells, scene)
-
-
-def prepare_run(scene, weather, request, cluster, log):
-    """What tracing a city calls for, in tiles if `cluster` is given: PreparedScene."""
-    if cluster is None:
-        return prepare_study(scene, weather, request)
-    return plan_tiles(scene, weather, request, cluster, log.write)
-
-
-def trace_in_tiles(prepared, weather, request, settings, log, *, folder):
-    """Transfer of a city, and the figures of its tiles.
-
-    Parameters as of `cluster.trace_tiles.trace_tiles`; finished tiles are kept in `folder` when it ends with an error.
-    """
-    with keeping(folder, log.write):
-        return trace_tiles(
-            prepared,
-            weather,
-            request,
-            settings,
-            folder,
-            progress=log.progress,
-            tell=lambda line: log.write(f"  {line}"),
-        )
 
 
 def state_bound(tiles, transfer, energy, weather):

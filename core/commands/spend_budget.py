@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from ..accuracy.pilot import CityYear
-from ..accuracy.price_list import Knobs, price_city
+from ..accuracy.price_list import price_city
 from ..light.prepare_scene import build_tree, prepare_scene
 from ..settings.request import option_of
 from .refine_run import ADAPTIVE, MOMENT
@@ -89,11 +89,11 @@ def make_offers(inputs, free, progress):
     """Offers of all combinations of the free settings, and seconds that every run takes after tracing."""
     choices = {name: CHOICES[name] if name in free else (getattr(inputs.request, name),) for name in CHOICES}
     city = price_city(inputs, choices["suns"], progress)
-    bounces, offers = city.pilot.runs["fine"].bounces, []
-    for way, rays, points in product(*choices.values()):
-        knobs = Knobs(rays, points, len(city.suns[way]), way, bounces, inputs.request.patch_size)
+    offers = []
+    for values in product(*choices.values()):
+        settings = dict(zip(choices, values, strict=True))
+        knobs = city.knobs_of(replace(inputs.request, **settings), settings["suns"])
         seconds, _, writing = city.predict_seconds(knobs)
-        settings = {"suns": way, "samples": rays, "shadow_samples": points}
         offers.append(Offer(settings, seconds, writing, city.predict_errors(knobs)))
     return offers, city.checking + 2 * city.electricity + MOMENT
 
@@ -116,9 +116,6 @@ def choose_offer(offers, left, target=None):
     fitting = [one for one in offers if one.seconds + one.writing <= FIRST * left]
     if not fitting:
         return min(offers, key=lambda one: one.seconds + one.writing)
-
-    def merit(one):
-        error = one.error_in(left)
-        return max(error if np.isfinite(error) else 0.0, target or 0.0), one.seconds
-
-    return min(fitting, key=merit)
+    return min(
+        fitting, key=lambda one: (max(np.nan_to_num(one.error_in(left), posinf=0.0), target or 0.0), one.seconds)
+    )

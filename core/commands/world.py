@@ -92,7 +92,13 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         world = world if weights is None else add_mix(world, weights)
         log.clock.lap("world")
         write_world(work / "world.nc", world)
-        draw_pictures(work, settings, log)
+        if settings.pictures and importlib.util.find_spec("matplotlib") is None:
+            log.write("No pictures: they need matplotlib (pip install matplotlib)")
+        elif settings.pictures:
+            from ..world.draw_world import draw_world
+
+            for name in draw_world(work / "world.nc", work):
+                log.write(f"  {name}")
         log.clock.lap("write")
         write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
     drop_kept(folder, cluster)
@@ -117,32 +123,15 @@ def check_world_settings(request, settings):
 
 def describe_world(environments, source, sky):
     """Environments, weather and places as lines of text."""
-    lines = [
-        f"{one.name}: {one.group_count.sum():,} eligible surfaces{describe_merged(one)}, "
-        f"{one.group_area.sum():,.0f} m², "
-        f"{one.sky.count:,} directions ({one.source})"
-        for one in environments
-    ]
+    lines = []
+    for one in environments:
+        count, computed = one.group_count.sum(), len(one.weight)
+        merged = "" if computed == count else f" merged into {computed:,}"
+        area = f"{one.group_area.sum():,.0f} m²"
+        lines.append(
+            f"{one.name}: {count:,} eligible surfaces{merged}, {area}, {one.sky.count:,} directions ({one.source})"
+        )
     return [*lines, f"Sky: {sky}", f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
-
-
-def describe_merged(environment):
-    """How many are computed, where surfaces were merged."""
-    count = len(environment.weight)
-    return "" if count == environment.group_count.sum() else f" merged into {count:,}"
-
-
-def draw_pictures(work, settings, log):
-    """Pictures of world.nc, where matplotlib is there to draw them."""
-    if not settings.pictures:
-        return
-    if importlib.util.find_spec("matplotlib") is None:
-        log.write("No pictures: they need matplotlib (pip install matplotlib)")
-        return
-    from ..world.draw_world import draw_world
-
-    for name in draw_world(work / "world.nc", work):
-        log.write(f"  {name}")
 
 
 def summarise_world(world, environments, request, settings, seconds):

@@ -156,13 +156,10 @@ def read_band(world, environments, number, path, chunks):
     """Write the results of a task into the world."""
     with np.load(path) as stored:
         codes, years = stored["codes"].tolist(), stored["years"].tolist()
-        results = [
-            (code, None if np.isnan(year) else year, read_place(stored, row))
-            for row, (code, year) in enumerate(zip(codes, years, strict=True))
+        lit = [
+            [(stored[f"hours_{row}"], stored[f"errors_{row}"])] if f"hours_{row}" in stored else []
+            for row in range(len(codes))
         ]
+    years = [None if np.isnan(year) else year for year in years]
+    results = list(zip(codes, years, lit, strict=True))
     fill_places(world, [environments[number]], np.concatenate(chunks), results, first=number)
-
-
-def read_place(stored, row):
-    """Hours of periods and their errors of a place, as `compute_place` gives them: list of one pair, or of none."""
-    return [(stored[f"hours_{row}"], stored[f"errors_{row}"])] if f"hours_{row}" in stored else []

@@ -41,7 +41,7 @@ def decide_terrain(inputs):
     horizon, corners = inputs.horizons
     top = int(horizon.elevation.argmax())
     highest, azimuth = horizon.elevation[top], horizon.azimuth[top]
-    where = f"{highest:.1f}° in the {point_of(azimuth)} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
+    where = f"{highest:.1f}° in the {POINTS[round(azimuth / 45) % 8]} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
@@ -70,18 +70,13 @@ def share_terrain(plan, whole):
     return replace(plan, effects=effects, terrain=whole.terrain, hidden_suns=whole.hidden_suns)
 
 
-def point_of(azimuth):
-    """Point of the compass that is nearest to an azimuth [°]: str."""
-    return POINTS[round(azimuth / 45) % 8]
-
-
 def seen_from(horizon):
     """Height of the ground from which a raster's terrain is seen, and where its heights end too early, in words."""
     if horizon.eye is None:
         return ""
     least = int(horizon.known.argmin())
     distance = horizon.known[least]
-    far = f"; heights end {distance / 1000:.1f} km away in the {point_of(horizon.azimuth[least])}"
+    far = f"; heights end {distance / 1000:.1f} km away in the {POINTS[round(horizon.azimuth[least] / 45) % 8]}"
     return f" from ground at {horizon.eye:.0f} m{far if distance < COVERED else ''}"
 
 
@@ -192,7 +187,10 @@ FAR_GROUND = "far-ground"
 
 
 def decide_far_ground(inputs):
-    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades."""
+    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades.
+
+    The bound is the closed form of the kind and orientation that sees most of the far ground.
+    """
     plan = inputs.plan
     if not inputs.asked(FAR_GROUND, inputs.request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
@@ -203,7 +201,15 @@ def decide_far_ground(inputs):
         )
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
-    return Effect(FAR_GROUND, True, "once reflected", words, bound_of_edge(inputs, plan.reach))
+    bound = share_left_out(inputs) if inputs.unshaded else None
+    if bound is not None:
+        # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
+        surfaces = inputs.scene.surfaces
+        normal = np.asarray(surfaces.normal, float)[surfaces.eligible if surfaces.eligible.any() else slice(None)]
+        reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
+        light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
+        bound = max(bound, float((reflected / light).max())) * max(shade_at_edge(plan.reach, inputs.suns))
+    return Effect(FAR_GROUND, True, "once reflected", words, bound)
 
 
 def share_left_out(inputs):
@@ -240,25 +246,6 @@ def measure_reach(scene, patches):
     height = city[:, 2].max() - np.median(ground[:, 2])
     room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
     return float(max(room.min(), 0.0) / height) if height > 0 else 0.0
-
-
-def bound_of_edge(inputs, reach):
-    """Share of light that shade beyond the near ground would take away, at most; None where something else shades.
-
-    It is the closed form of the kind and orientation that sees most of the far ground, in the year of the weather and
-    in an overcast one, with which the same trace may be weighed.
-    """
-    share = share_left_out(inputs) if inputs.unshaded else None
-    return None if share is None else max(share, overcast_share(inputs)) * max(shade_at_edge(reach, inputs.suns))
-
-
-def overcast_share(inputs):
-    """Share of the far ground in the light of an even sky, of the unshaded receiver that sees most of it: float."""
-    surfaces, albedo = inputs.scene.surfaces, inputs.request.ground_albedo
-    normal = np.asarray(surfaces.normal, float)
-    normal = normal[np.asarray(surfaces.eligible)] if np.any(surfaces.eligible) else normal
-    reflected = albedo * ground_view_of_tilt(normal, inputs.terrain)
-    return float(np.max(reflected / np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)))
 
 
 def shade_at_edge(reach, suns):

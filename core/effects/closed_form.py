@@ -33,7 +33,10 @@ def find_unobstructed(patches, vertices):
     vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
     if not len(patches):
         return np.zeros(0, bool)
-    outermost = outermost_points(vertices)
+    try:
+        outermost = vertices[ConvexHull(vertices).vertices]
+    except QhullError:  # all points lie in one plane
+        outermost = vertices
     normals, which = distinct_normals(patches.normal)
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     reach = np.empty(len(normals))
@@ -87,14 +90,6 @@ def opposite_reach(normals, which, own):
     place = {tuple(normal): index for index, normal in enumerate(normals)}
     opposite = [place.get(tuple(-normal + 0.0), -1) for normal in normals]
     return np.where(np.array(opposite) >= 0, -nearest[opposite], -np.inf)
-
-
-def outermost_points(vertices):
-    """Corners of the convex hull, or all points if they lie in one plane."""
-    try:
-        return vertices[ConvexHull(vertices).vertices]
-    except QhullError:
-        return vertices
 
 
 def sky_view_of_tilt(normal, horizon=None):

@@ -162,10 +162,6 @@ def judge_effects(plan, measured):
         left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
     for effect in plan.effects:
         found = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
-        effect.outcome = None if found is None else judge(found, effect.bound)
+        holds = None if None in (found, effect.bound) else bool(found <= effect.bound)
+        effect.outcome = None if found is None else {"left_out": found, "holds": holds}
     return [effect.as_dict() for effect in plan.effects]
-
-
-def judge(left_out, bound):
-    """Outcome of one effect: what was left out, and whether that is within its bound (None without one): dict."""
-    return {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}

@@ -21,31 +21,26 @@ def decide(inputs):
     area = float(np.asarray(surfaces.area)[counted].sum())
     change = np.zeros(0)
     if inputs.weather is not None and counted.any():
-        change = change_unshaded(inputs.weather, *typical_planes(surfaces, counted), inputs.request.ground_albedo)
+        tilt = np.round(np.asarray(surfaces.surface_tilt, float)[counted], -1)
+        azimuth = 45 * np.round(np.asarray(surfaces.surface_azimuth, float)[counted] / 45) % 360
+        planes = np.unique(np.stack([tilt, azimuth]), axis=1)
+        change = change_unshaded(inputs.weather, *planes, inputs.request.ground_albedo)
     words = (
         f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %" if len(change) else ""
     )
     counts = sky == "auto" and area > 0
     if sky == KEY or counts if asked is None else asked:
         reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
-        inputs.plan.sky, inputs.plan.rays_share = KEY, share_of_rays(inputs)
+        inputs.plan.sky = KEY
+        if inputs.weather is not None and inputs.plan.receivers is not None:  # else all surfaces get all rays
+            # Rays of a replicate, as a power of two no larger: further rounds go on in such steps.
+            rays = 1 << max(inputs.request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
+            inputs.plan.rays_share = min(choose_share(split_sky(inputs.weather, KEY)), max(RAYS_SHARE, rays))
         extent = f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of the dome"
         return Effect(KEY, True, extent, reason + words, 0.0)
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(KEY, False, "isotropic sky", reason + words, bound)
-
-
-def share_of_rays(inputs):
-    """Hemisphere rays for each ray towards the horizon: by its light in the year, unless all surfaces get all rays."""
-    if inputs.weather is None or inputs.plan.receivers is None:
-        return RAYS_SHARE
-    return min(choose_share(split_sky(inputs.weather, KEY)), max(RAYS_SHARE, rays_of_replicate(inputs.request)))
-
-
-def rays_of_replicate(request):
-    """Hemisphere rays of a replicate, as a power of two no larger: further rounds go on in such steps."""
-    return 1 << max(request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
 
 
 def surfaces_that_count(surfaces):
@@ -64,14 +59,6 @@ def bound_change(weather, change):
     parts = split_sky(weather, KEY)
     dome, circumsolar = float(parts.dome.sum()), float(parts.circumsolar_horizontal.sum())
     return max(circumsolar / max(dome, 1e-9), *(abs(one) / max(1 + one, 1e-9) for one in change.tolist()))
-
-
-def typical_planes(surfaces, counted):
-    """Tilts and azimuths that stand for the surfaces that count: (k,) and (k,) [°], to 10° and 45°."""
-    tilt = np.round(np.asarray(surfaces.surface_tilt, float)[counted], -1)
-    azimuth = 45 * np.round(np.asarray(surfaces.surface_azimuth, float)[counted] / 45) % 360
-    planes = np.unique(np.stack([tilt, azimuth]), axis=1)
-    return planes[0], planes[1]
 
 
 def change_unshaded(weather, tilt, azimuth, ground_albedo):

@@ -11,6 +11,15 @@ from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
 from .effect import Effect
 
+OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
+    "aoi": ("as at normal incidence", "", "light that falls in at an angle is lost to reflection"),
+    "spectrum": (
+        "as under the standard spectrum",
+        "Sandia's f₁ by air mass",
+        "the current depends on the colour of the light",
+    ),
+    "temperature": ("cells always at 25 °C", "cells warmed by air and light", "power falls as cells get warm"),
+}
 LAWS = {"module": "by the module's own law", "physical": "by Fresnel's equations", "ashrae": "by ASHRAE's law"}
 
 
@@ -47,22 +56,9 @@ def decide_specular(inputs):
     return Effect(key, True, extent, f"they reflect {laws}", 0.0)
 
 
-def decide_aoi(inputs):
-    """Light lost to reflection by the glass of the module: on unless it is switched off."""
-    if not inputs.asked("aoi", True):
-        return Effect("aoi", False, "as at normal incidence", "switched off", None)
-    return Effect("aoi", True, LAWS[inputs.request.iam], "light that falls in at an angle is lost to reflection", 0.0)
-
-
-def decide_spectrum(inputs):
-    """The influence of the spectrum on the current: on unless it is switched off."""
-    if not inputs.asked("spectrum", True):
-        return Effect("spectrum", False, "as under the standard spectrum", "switched off", None)
-    return Effect("spectrum", True, "Sandia's f₁ by air mass", "the current depends on the colour of the light", 0.0)
-
-
-def decide_temperature(inputs):
-    """Cells lose power as they get warm: on unless it is switched off."""
-    if not inputs.asked("temperature", True):
-        return Effect("temperature", False, "cells always at 25 °C", "switched off", None)
-    return Effect("temperature", True, "cells warmed by air and light", "power falls as cells get warm", 0.0)
+def decide_of_modules(inputs, key):
+    """Effects of the modules: on unless they are switched off."""
+    off, extent, reason = OF_MODULES[key]
+    if not inputs.asked(key, True):
+        return Effect(key, False, off, "switched off", None)
+    return Effect(key, True, extent or LAWS[inputs.request.iam], reason, 0.0)

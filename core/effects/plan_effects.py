@@ -1,10 +1,12 @@
 """Which effects a scene calls for, decided before the first ray, each with a reason, and a bound where one is known."""
 
+from functools import partial
+
 from ..settings.progress import silent
 from . import perez, reflections
 from .beyond_scene import decide_far_ground, decide_terrain
 from .effect import Inputs
-from .plain_rules import decide_aoi, decide_spectrum, decide_specular, decide_temperature, decide_trees
+from .plain_rules import OF_MODULES, decide_of_modules, decide_specular, decide_trees
 from .rays import decide_shadow, decide_sky
 from .receivers import decide_receivers, decide_reflectors
 from .table import PLANNING, TABLE, check_effects, check_needs
@@ -20,9 +22,7 @@ RULES = {
     "far-ground": decide_far_ground,
     "perez": perez.decide,
     "specular": decide_specular,
-    "aoi": decide_aoi,
-    "spectrum": decide_spectrum,
-    "temperature": decide_temperature,
+    **{key: partial(decide_of_modules, key=key) for key in OF_MODULES},
 }
 
 

@@ -15,36 +15,39 @@ FORWARD = "the forward estimator follows light from its source"
 
 def decide_sky(inputs):
     """On where something can stand in the way."""
-    count, plan = len(inputs.patches), inputs.plan
-    if inputs.request.estimator == "forward":
-        plan.unobstructed = np.zeros(count, bool)
-        return Effect(SKY, True, "photons on all patches", FORWARD, 0.0)
-    if inputs.asked(SKY):
-        plan.unobstructed = np.zeros(count, bool)
-        return Effect(SKY, True, f"rays from all {count:,} patches", "switched on", 0.0)
-    if inputs.asked(SKY) is False:
-        plan.unobstructed = np.ones(count, bool)
-        return Effect(SKY, False, "no rays: no surface is seen", "switched off", None)
-    plan.unobstructed = found = unobstructed_patches(inputs)
-    extent = f"rays from {some_of(count - found.sum(), count)}"
-    return Effect(SKY, not found.all(), extent, reason_of(found), 0.0)
+    inputs.plan.unobstructed, effect = decide_rays(inputs, SKY, "", "no rays: no surface is seen")
+    return effect
 
 
 def decide_shadow(inputs):
     """On where something can stand in the way."""
-    count, plan = len(inputs.patches), inputs.plan
+    plan, to = inputs.plan, " to all suns" if inputs.asked(SHADOW) else " to suns in front of them"
+    plan.suns_behind = bool(inputs.asked(SHADOW)) and inputs.request.estimator != "forward"
+    plan.open_to_suns, effect = decide_rays(inputs, SHADOW, to, "no rays: no shadow is cast")
+    return effect
+
+
+def decide_rays(inputs, key, to, off):
+    """Patches that need no rays of a kind, (p,) bool, and the Effect.
+
+    Parameters
+    ----------
+    inputs : Inputs
+    key : str
+    to, off : str
+        Where the rays go, and what it means that there are none, in words.
+    """
+    count, asked = len(inputs.patches), inputs.asked(key)
     if inputs.request.estimator == "forward":
-        plan.open_to_suns = np.zeros(count, bool)
-        return Effect(SHADOW, True, "photons on all patches", FORWARD, 0.0)
-    if inputs.asked(SHADOW):
-        plan.open_to_suns, plan.suns_behind = np.zeros(count, bool), True
-        return Effect(SHADOW, True, f"rays from all {count:,} patches to all suns", "switched on", 0.0)
-    if inputs.asked(SHADOW) is False:
-        plan.open_to_suns = np.ones(count, bool)
-        return Effect(SHADOW, False, "no rays: no shadow is cast", "switched off", None)
-    plan.open_to_suns = found = plan.unobstructed if inputs.asked(SKY) is None else unobstructed_patches(inputs)
-    extent = f"rays from {some_of(count - found.sum(), count)} to suns in front of them"
-    return Effect(SHADOW, not found.all(), extent, reason_of(found), 0.0)
+        return np.zeros(count, bool), Effect(key, True, "photons on all patches", FORWARD, 0.0)
+    if asked:
+        return np.zeros(count, bool), Effect(key, True, f"rays from all {count:,} patches{to}", "switched on", 0.0)
+    if asked is False:
+        return np.ones(count, bool), Effect(key, False, off, "switched off", None)
+    known = key == SHADOW and inputs.asked(SKY) is None
+    found = inputs.plan.unobstructed if known else unobstructed_patches(inputs)
+    extent = f"rays from {some_of(count - found.sum(), count)}{to}"
+    return found, Effect(key, not found.all(), extent, reason_of(found), 0.0)
 
 
 def unobstructed_patches(inputs):

@@ -24,7 +24,10 @@ def decide_receivers(inputs):
     every = f"all rays from all {count:,} patches"
     if not inputs.asked(RECEIVERS, request.report == "eligible"):
         return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
-    full = find_receivers(inputs.scene, inputs.patches)
+    surfaces, halo = inputs.scene.surfaces, inputs.scene.halo
+    wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
+    full = np.append(wanted, False)[inputs.scene.triangle_surface] & inputs.patches.receives
+    full = full if halo is None else full & (halo == OWN)
     others = int((inputs.patches.receives & ~full).sum())
     if not others or not (full & inputs.patches.receives).any():
         return Effect(RECEIVERS, False, every, "they are of one kind", 0.0)
@@ -43,7 +46,8 @@ def decide_reflectors(inputs):
         return Effect(REFLECTORS, False, "none", "nothing is reflected", 0.0)
     if not inputs.asked(REFLECTORS, inputs.request.report == "eligible"):
         return Effect(REFLECTORS, False, "all patches", "switched off", 0.0)
-    only = find_optional(inputs.scene)
+    only, halo = inputs.scene.triangle_surface < 0, inputs.scene.halo
+    only = only if halo is None else only | (halo == FAR)  # of a tile also what lies far from it
     ground = int((only & inputs.patches.receives).sum())
     if not ground:
         return Effect(REFLECTORS, False, "all patches", "the ground is not generated", 0.0)
@@ -91,17 +95,3 @@ def choose_turns(full, ground, filled, points):
         return None
     turns = np.where(full, 1, FEWER)
     return turns if filled is None else np.where(ground & ~full & (filled < HARDLY_SEEN), FEWER**2, turns)
-
-
-def find_receivers(scene, patches):
-    """Patches of eligible surfaces, flat roofs and racks: (p,) bool."""
-    surfaces = scene.surfaces
-    wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
-    full = np.append(wanted, False)[scene.triangle_surface] & patches.receives
-    return full if scene.halo is None else full & (scene.halo == OWN)
-
-
-def find_optional(scene):
-    """Patches that count only where a ray meets them: generated ground, and what lies far from a tile: (p,) bool."""
-    ground = scene.triangle_surface < 0
-    return ground if scene.halo is None else ground | (scene.halo == FAR)

@@ -73,17 +73,12 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
         first = int(np.flatnonzero(~inside)[0])
         cure = f"give finite {noun} from {least:g} to {most:g}"
-        words = row(first) if callable(row) else f"{row} {first}"
-        raise InputError(name, f"{words} {describe_row(values[first], least, most)}", cure)
+        words, wrong = row(first) if callable(row) else f"{row} {first}", values[first].ravel()
+        # Of a long row, the first value that is out of range.
+        column = int(np.flatnonzero(~((wrong >= least) & (wrong <= most)))[0])
+        told = f"is {values[first]}" if wrong.size <= 4 else f"holds {wrong[column]} in column {column}"
+        raise InputError(name, f"{words} {told}", cure)
     return values
-
-
-def describe_row(values, least, most):
-    """Values of a row; of a long one, the first value that is out of range."""
-    if values.size <= 4:
-        return f"is {values}"
-    column = int(np.flatnonzero(~((values >= least) & (values <= most)).ravel())[0])
-    return f"holds {values.ravel()[column]} in column {column}"
 
 
 def check_triangles(vertices, triangles):

@@ -16,24 +16,6 @@ PRESETS = {
 }
 
 
-def settings_of_preset(preset, **given):
-    """Settings that a preset implies; those given beside it win.
-
-    Parameters
-    ----------
-    preset : str
-        A key of PRESETS.
-    **given
-        Fields of Request.
-
-    Returns
-    -------
-    dict
-        For `Request(**settings)`.
-    """
-    return {**PRESETS[preset], **given, "preset": preset}
-
-
 METHODS = {
     # Bredemeier et al., CityPV; docs/method_paper.md says what follows from each, and where the program differs.
     "paper": {
@@ -56,21 +38,3 @@ METHODS = {
         "effects": {"trees": False},
     },
 }
-
-
-def settings_of_method(method, **given):
-    """Settings that a method implies; those given beside it win.
-
-    Parameters
-    ----------
-    method : str or None
-        A key of METHODS.
-    **given
-        Fields of Request.
-
-    Returns
-    -------
-    dict
-        For `Request(**settings)`.
-    """
-    return {**METHODS.get(method, {}), **given, "method": method}

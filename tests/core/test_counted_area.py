@@ -16,7 +16,7 @@ from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_summary import describe_years, sum_totals
 from citypv.core.results.write_tables import write_buildings, write_groups, write_series
-from citypv.core.settings.presets import METHODS, settings_of_method
+from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
@@ -260,5 +260,3 @@ def test_the_paper_in_a_word(traced, tmp_path):
     assert settings_in(tmp_path / "aoi")["effects"] == {"trees": False, "aoi": False}
     assert run_yield(traced, tmp_path / "late", "--effects", "trees=off") == 2  # was decided when traced
     assert settings_in(traced / "out")["hidden_walls"] == "leave-out"
-    assert Request(**settings_of_method("paper", losses=5.0)).losses == 5.0
-    assert Request(**settings_of_method(None)) == Request()
