@@ -209,7 +209,7 @@ def gap(low, high, other_low, other_high):
 def prepare_whole(scene):
     """The scene with what its parts inherit from it: backs of sheets, and the numbers of its triangles."""
     scene = add_backs(scene)
-    return replace(scene, number=number_triangles(scene.triangle_surface))
+    return replace(scene, number=number_triangles(scene))
 
 
 def take_part(scene, pieces, tile):

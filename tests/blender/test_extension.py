@@ -49,9 +49,11 @@ import bpy
 bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
 core = importlib.import_module("bl_ext.user_default.citypv.core")
 for module in pkgutil.walk_packages(core.__path__, core.__name__ + "."):
-    if ".plots." in module.name:  # draws with matplotlib, an extra that the extension does not carry
-        continue
-    importlib.import_module(module.name)
+    try:
+        importlib.import_module(module.name)
+    except ModuleNotFoundError as error:
+        if error.name != "matplotlib":  # an extra that the extension does not carry
+            raise
 files = {name: sys.modules[name].__file__ for name in json.loads(sys.argv[3]) if name in sys.modules}
 print(json.dumps(files))
 """

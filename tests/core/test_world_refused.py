@@ -23,7 +23,7 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
     days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
-    part = Horizons(9).transfer(replace(interrupted_suns(sky_grid_suns(100), 40), way="sky-grid:100"))
+    part = Horizons(9).transfer(replace(interrupted_suns(sky_grid_suns(100), 40), sampling="sky-grid:100"))
     for transfer, words in (
         (days, r"days:2, which holds for one latitude only; .*--suns sky-grid"),
         (part, "40 directions"),
