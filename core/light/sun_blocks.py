@@ -86,7 +86,7 @@ class SunProgress:
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
-        self.rays_before = self.rays = self.furthest = 0
+        self.rays_before = self.rays = 0
         self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
@@ -114,8 +114,7 @@ class SunProgress:
         self._report(1.0)
 
     def _report(self, share):
-        # Blocks that tell the number of reflections are looked at first and reflected afterwards.
-        suns = self.furthest = max(self.furthest, self.block.start + share * (self.block.stop - self.block.start))
+        suns = self.block.start + share * (self.block.stop - self.block.start)
         if self.rays:
             self.progress(
                 SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"
