@@ -115,11 +115,13 @@ def light_of_first_days(context, traced, task):
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
     last = first_days(task.suns)
 
-    def report(share, _):
+    def report(share, rays):
+        task.progress.rays = task.progress.rays_before + rays
         context.progress(COUNTING, min(block.start + share * (block.stop - block.start), last), last, "suns")
 
     for block in task.blocks:
         if block.start < last:
+            task.progress.rays_before = task.progress.rays
             found = task.looked[block.start] = look_at_block(context, task, block, report)
             directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))

@@ -93,7 +93,7 @@ class SunProgress:
         """Start a block of suns, given as a slice."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.rays_done = self.started
-        if block.start == 0 and not self.rays:
+        if block.start == 0:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def report_rays(self, share, rays):
