@@ -67,9 +67,9 @@ def lose_some(normal, turn, height):
     return np.maximum(share, 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
 
 
-def suns_of_year(latitude, longitude, year=2021):
+def suns_of_year(latitude, longitude):
     """Directions to the sun in the hours of a year in which it stands above 2°: (s, 3) float64."""
-    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq="h", tz="UTC", inclusive="left")
+    times = pd.date_range("2021-01-01", "2022-01-01", freq="h", tz="UTC", inclusive="left")
     sun = solar_position(times, HOUR, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     return sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
