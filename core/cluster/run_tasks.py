@@ -73,35 +73,20 @@ def check_cluster(word):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if kind == "address":
         protocol, _, place = word.partition("://")
-        host, _, port = place.rpartition(":")
+        (host, _, port), start = place.rpartition(":"), b""
         try:
             with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
-                if protocol == "tcp":
-                    check_greeting(word, connection)
+                # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
+                # ever for one that is silent, and goes on trying where another protocol is spoken.
+                while protocol == "tcp" and len(start) < 8:
+                    more = connection.recv(8 - len(start))
+                    if not more:
+                        raise ConnectionError("closed before it greets")
+                    start += more
         except (OSError, OverflowError) as error:
             raise InputError(f"--cluster {word}", *SILENT) from error
-
-
-def check_greeting(word, connection):
-    """Refuse what does not greet like a scheduler: its first message, of some dozen bytes, begins with its length.
-
-    Dask's client would wait for ever for one that is silent, and goes on trying where another protocol is spoken.
-
-    Raises
-    ------
-    InputError
-        Another protocol.
-    OSError
-        Nothing is said.
-    """
-    start = b""
-    while len(start) < 8:
-        more = connection.recv(8 - len(start))
-        if not more:
-            raise ConnectionError("closed before it greets")
-        start += more
-    if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
-        raise InputError(f"--cluster {word}", *FOREIGN)
+        if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+            raise InputError(f"--cluster {word}", *FOREIGN)
 
 
 @contextmanager
