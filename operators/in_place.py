@@ -8,6 +8,7 @@ import hashlib
 
 import numpy as np
 
+from ..core.city.grid_cells import whole_of_cell
 from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
@@ -57,8 +58,6 @@ def write_sources(city, surface_id):
     surface_id : list of str
         Ids of the surfaces, "building/face", cells and racks included.
     """
-    from ..core.city.grid_cells import whole_of_cell  # loads shapely
-
     number = {name: place for place, name in enumerate(city[BUILDINGS]) if name}
     sources = np.full((len(surface_id), 2), -1, np.int32)  # object, face
     for row, name in enumerate(surface_id):
