@@ -170,7 +170,7 @@ def figures(year):
 
 def full_load_hours(data):
     """Sum of P/P_nominal over all intervals, of the four walls: (4,)."""
-    module = pick_module(MODULE)
+    module = pick_module(MODULE).parameters
     zenith, azimuth = data["apparent_zenith"], data["solar_azimuth"]
     airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), data["pressure"])
     spectral = pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, 10.0), module).fillna(0.0)

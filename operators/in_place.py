@@ -8,7 +8,7 @@ import hashlib
 
 import numpy as np
 
-from ..core.city.grid_cells import whole_of_cell
+from ..core.city.city import whole_of_cell
 from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user

@@ -78,6 +78,12 @@ def number_names(names):
     return np.fromiter((numbers[name] for name in names), np.int64, len(names))
 
 
+def whole_of_cell(name):
+    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
+    whole, mark, cell = name.rpartition("#")
+    return whole if mark and cell.isdigit() else name
+
+
 @dataclass(slots=True)
 class Polygon:
     """A polygon as read from a file."""

@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..settings.errors import InputError
 from .polygons import triangulate
+from .scene import Crowns
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
 CROWN_BASE = 0.25  # of its height
@@ -20,23 +21,6 @@ OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to whi
 AREA = "vegetation drawn as an area without a height: it casts no shadow"
 MERGED = 5  # decimals [m] of corners that are one
 SUBDIVISIONS = 3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
-
-
-@dataclass
-class Crowns:
-    """Closed surfaces around the leaves of k trees, and surfaces of their trunks; axes and origin of the scene."""
-
-    vertices: np.ndarray  # (v, 3) float64 [m]
-    triangles: np.ndarray  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
-    tree: np.ndarray  # (t,) int32
-    trunk: np.ndarray  # (t,) bool: opaque
-    names: list  # (k,) str
-    height: np.ndarray  # (k,) float64 [m]
-    evergreen: np.ndarray  # (k,) bool
-    area_density: np.ndarray  # (k,) float64 [m²/m³] of leaves; NaN: not given
-
-    def __len__(self):
-        return len(self.names)
 
 
 def volume_of_crowns(crowns):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from .canopy import Canopy, CrownShapes, KeptRays, forget_rays
-from .crowns import Crowns
+from .scene import Crowns
 
 TROPIC = 23.44  # [°] latitude up to which trees are taken to keep their leaves
 NORTHERN, YEAR = (5, 6, 7, 8, 9, 10), tuple(range(1, 13))

@@ -92,12 +92,6 @@ def _cut(rings, axes, grid_size):
     return pieces
 
 
-def whole_of_cell(name):
-    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
-    whole, mark, cell = name.rpartition("#")
-    return whole if mark and cell.isdigit() else name
-
-
 @dataclass
 class Outlines:
     """Rings of n surfaces. A surface's first ring is its outline, the others are holes; rings are open."""

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..settings.errors import InputError
 from .build_scene import DRAWN_TWICE
+from .city import whole_of_cell
 from .classify import classify, measure_tilt
 from .find_ground import find_ground
-from .grid_cells import whole_of_cell
 from .locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons

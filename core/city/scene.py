@@ -9,7 +9,23 @@ import numpy as np
 
 from ..settings.errors import check_array, check_triangles
 from .city import ImportReport
-from .crowns import Crowns
+
+
+@dataclass
+class Crowns:
+    """Closed surfaces around the leaves of k trees, and surfaces of their trunks; axes and origin of the scene."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
+    tree: np.ndarray  # (t,) int32
+    trunk: np.ndarray  # (t,) bool: opaque
+    names: list  # (k,) str
+    height: np.ndarray  # (k,) float64 [m]
+    evergreen: np.ndarray  # (k,) bool
+    area_density: np.ndarray  # (k,) float64 [m²/m³] of leaves; NaN: not given
+
+    def __len__(self):
+        return len(self.names)
 
 
 @dataclass

@@ -15,8 +15,7 @@ import numpy as np
 
 from ..city.build_ground import SHORTEST_REACH, choose_reach
 from ..city.city import ImportReport
-from ..city.crowns import Crowns
-from ..city.scene import FAR, NEAR, OWN, add_backs, surface_of_triangles
+from ..city.scene import FAR, NEAR, OWN, Crowns, add_backs, surface_of_triangles
 from ..light.transfer import take_fields
 from ..patches.patches import number_triangles
 from ..settings.errors import InputError

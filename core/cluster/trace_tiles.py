@@ -21,7 +21,7 @@ import numpy as np
 from ..effects.beyond_scene import terrain_alone
 from ..effects.reflections import count_surely
 from ..light.prepare_scene import PreparedScene
-from ..patches.read_albedo import albedo_of_triangles, name_brdfs
+from ..patches.read_albedo import name_brdfs
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.progress import silent
@@ -208,10 +208,9 @@ def settle(prepared, request):
     A tile alone would find a number of reflections of its own: where none is asked for, all take as many as the
     brightest albedo calls for.
     """
-    plan, albedo = prepared.plan, albedo_of_triangles(prepared.scene, request, prepared.materials)
+    plan, brightest = prepared.plan, max(float(np.max(found.brdf.albedo)) for found in prepared.materials)
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
-    brightest = max(float(albedo.max(initial=0)), request.ground_albedo)
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     return replace(request, threads=None, horizon=None, max_bounces=bounces, effects=effects)
 

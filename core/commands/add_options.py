@@ -291,5 +291,5 @@ def add_world(parser):
     place.add_argument(
         "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
     )
-    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where there is no land")
+    place.add_argument("--off-land", choices=("blank", "climate", "clear-sky"), default="blank", help="at sea")
     place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")

@@ -35,7 +35,7 @@ class WorldSettings:
     longitudes: tuple | None = None
     years: tuple = ()  # of the weather files; empty: all
     surfaces: int | None = None  # at most for each environment, others merged; None: all
-    off_land: str = "blank"  # or clear-sky: where the climate has no land
+    off_land: str = "blank"  # or climate, clear-sky: at sea
     pictures: bool = True
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..city.grid_cells import whole_of_cell
+from ..city.city import whole_of_cell
 from ..city.scene import surface_of_triangles
 from ..settings.errors import InputError
 from .brdfs import Lambertian

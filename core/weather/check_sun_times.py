@@ -8,7 +8,7 @@ B. Haurwitz (1945), Insolation in relation to cloudiness and cloud density, J. M
 C. N. Long, Y. Shi (2008), :doi:`10.2174/1874282300802010023`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -38,6 +38,7 @@ class SunTimes:
     daylight_residual: float | None  # between clear days and the model of a clear sky; None where there is no light
     daylight_residual_shifted: float | None
     daylight_shift: int | None
+    unlikely: list = field(default_factory=list)  # of str: what `check_faults` notes
 
     @property
     def of_another_sun(self):

@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..settings.errors import InputError
 from .add_sun import add_sun
+from .check_faults import check_faults
 from .check_irradiance import check_given, check_irradiance
 from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
@@ -165,12 +166,14 @@ def check_years(record, interval, position):
     found = {}
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
-        whole = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]).data
+        complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
+        whole = complete.data
         check_given(given.iloc[rows], whole["dni"].to_numpy(), source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
         check_shift(times, source)
         check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)
         check_closure(times, source)
+        times.unlikely = check_faults(complete, source)
         found[year] = asdict(times)
     return found
 
@@ -211,7 +214,8 @@ def describe_checks(record, interval, checks):
     -------
     list of str
     """
-    notes, years = [], [SunTimes(**one) for one in checks.values()]
+    years = [SunTimes(**one) for one in checks.values()]
+    notes = [f"{year}: {note}" for year, one in checks.items() for note in one["unlikely"]]
     days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
     if len(days):
         notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")

@@ -45,13 +45,14 @@ def climate(latitude, longitude, year=2021, seed=0):
     Returns
     -------
     Record
-        Hourly; the altitude is that of pvlib's table. At sea a clear sky, as noted in the label.
+        Hourly; the altitude is that of pvlib's table.
+
+    Raises
+    ------
+    InputError
+        The place lies south of 60° S.
     """
     altitude = look_up_altitude(latitude, longitude)
-    if look_up_normals(latitude, longitude) is None:
-        record = clear_sky(latitude, longitude, altitude, year)
-        record.label += f"; no land near {latitude:.2f}°, {longitude:.2f}°, so there is no built-in climate"
-        return record
     year_of_place = make_climates([latitude], [longitude], year, seed)
     data = pd.DataFrame({name: year_of_place[name][0] for name in NAMES}, index=year_of_place["times"])
     return Record(data, latitude, longitude, altitude, "climate", LABEL)
@@ -102,7 +103,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     Parameters
     ----------
     latitudes, longitudes : array_like, (p,)
-        Places [°], all on land.
+        Places [°].
     year, seed
         As in `climate`.
     zenith : numpy.ndarray, (p, t), optional
@@ -117,15 +118,15 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     Raises
     ------
     InputError
-        If a place is not on land.
+        If a place lies south of 60° S.
     """
     times = hours_of_year(year)
     places = list(zip(np.atleast_1d(latitudes), np.atleast_1d(longitudes), strict=True))
     normals = [look_up_normals(*place) for place in places]
     for place, found in zip(places, normals, strict=True):
         if found is None:
-            problem = f"no land near {place[0]:.2f}°, {place[1]:.2f}°"
-            raise InputError("climate", problem, "give a place on land, or clear-sky")
+            problem = f"it does not know {place[0]:.2f}°, {place[1]:.2f}°: it ends at 60° S"
+            raise InputError("--weather climate", problem, "give weather files, or clear-sky as an upper bound")
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
     annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
     sky = cleanest_sky(places, times, altitude, annual, zenith)

@@ -1,19 +1,22 @@
-"""The built-in climate of the world: long-term means of every place on land."""
+"""The built-in climate of the world: long-term means of every place from 60° S to the North Pole, land and sea."""
 
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pvlib
 
 FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climate_grid.py
-CELL, SOUTH, WEST = 0.25, -59.875, -179.875  # fine grid: cell size and centre of the first cell [°]
-SHAPE = (576, 1440)  # rows and columns
-STEPS = {"ghi": 0.005, "temp_air": 0.1, "wind_speed": 0.1}
-SHARE_STEP = 0.002
+# The fine grid, of air temperature and wind on land: cell size and centre of the first cell [°], rows and columns.
+CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)
+STEPS = {"temp_air": 0.1, "wind_speed": 0.1}
+GHI_STEP, SHARE_STEP, SEA_STEP = 0.01, 0.002, 0.1
+LEAST_LATITUDE = -60.0  # [°], of the climate; farther south no source tells the temperature
 EARTH_RADIUS = 6371.0  # [km]
 REACH = 100.0  # [km] to the nearest cell on land; the grid lacks many coastal cells
 WINDOW = 4  # cells searched to the north and to the south of a place
+LAPSE = 0.0065  # [K/m] of air temperature with height, ISO 2533
 
 # The share of land that air has passed over: along the parallel, from the west poleward of 30° and from the east
 # equatorward (westerlies and trade winds), with an exponential memory of 2,000 km, in a band of ±3°.
@@ -44,48 +47,57 @@ def look_up_normals(latitude, longitude):
     Returns
     -------
     Normals or None
-        None if there is no land in the grid within 100 km.
+        None south of 60° S.
 
     Notes
     -----
-    Annual means are those of the nearest land cell of 0.25° (PVCZ, from GLDAS NOAH); the monthly clearness is
-    interpolated on 3° (gsee, from MERRA-2).
+    Annual GHI is interpolated on 0.5°: Global Solar Atlas 2 on land and within 100 km of it, else NASA SSE. The monthly
+    clearness is interpolated on 3° (the mean of SSE's and MERRA-2's). Air temperature and wind are those of the nearest
+    land cell of 0.25° within 100 km (PVCZ, from GLDAS NOAH); at sea those of the nearest coasts, to which distances
+    in latitude count three times, at the altitude of the place.
     """
+    if latitude < LEAST_LATITUDE:
+        return None
     grid = read_grid()
     cell = find_cell(grid["land"], latitude, longitude)
     if cell is None:
-        return None
-    index = grid["number"][cell]
-    annual = {name: float(grid[name][index]) for name in STEPS}
-    # Bilinear between the four cells of the coarse grid around the place.
-    south, height, west, width = grid["clearness_axes"]
-    rows, columns, _ = grid["clearness"].shape
-    row = np.clip((latitude - south) / height, 0, rows - 1.000001)
-    column = ((longitude - west) / width) % columns
-    up, right = row - int(row), column - int(column)
-    around = grid["clearness"][np.ix_([int(row), int(row) + 1], [int(column), (int(column) + 1) % columns])]
-    clearness = np.einsum("i,j,ijm->m", [1 - up, up], [1 - right, right], around)
-    return Normals(**annual, clearness=clearness, land_influence=measure_land_influence(grid["land"], cell, latitude))
+        temp_air, wind_speed = interpolate_grid(grid["sea"], latitude, longitude)
+        temp_air -= LAPSE * float(pvlib.location.lookup_altitude(latitude, longitude))
+    else:
+        temp_air, wind_speed = (grid[name][grid["number"][cell]] for name in STEPS)
+    return Normals(
+        ghi=float(interpolate_grid(grid["ghi"], latitude, longitude)),
+        temp_air=float(temp_air),
+        wind_speed=float(wind_speed),
+        clearness=interpolate_grid(grid["clearness"], latitude, longitude),
+        land_influence=measure_land_influence(grid["land"], latitude, longitude),
+    )
 
 
 @cache
 def read_grid():
-    """Unpack the file: land mask (rows, columns), number of each land cell, values of the land cells, clearness."""
+    """Unpack the file: land mask (rows, columns), number of each land cell, values of the land cells, global grids."""
     with np.load(FILE) as file:
         packed = {name: file[name] for name in file.files}
     land = np.unpackbits(packed["land"], count=SHAPE[0] * SHAPE[1]).reshape(SHAPE).astype(bool)
     grid = {"land": land, "number": (np.cumsum(land) - 1).reshape(SHAPE)}
     for name, step in STEPS.items():
         grid[name] = np.cumsum(join_bytes(packed[name]), dtype=np.int32) * step
-    first, second, west, east, *shape = packed["clearness_grid"]
-    grid["clearness"] = join_bytes(packed["clearness"]).reshape([int(count) for count in shape]) * SHARE_STEP
-    grid["clearness_axes"] = (first, second - first, west, east - west)
+    ghi = join_bytes(packed["ghi"]).reshape(360, 720)
+    grid["ghi"] = np.cumsum(ghi, axis=1, dtype=np.int32) * GHI_STEP
+    grid["clearness"] = join_bytes(packed["clearness"]).reshape(60, 120, 12) * SHARE_STEP
+    grid["sea"] = join_bytes(packed["sea"]).reshape(60, 120, 2) * SEA_STEP
     return grid
 
 
 def join_bytes(planes):
     """Numbers from their low and high bytes: (2, n) uint8 to (n,) int16."""
     return np.ascontiguousarray(planes.T).view("<i2").ravel()
+
+
+def is_land(latitude, longitude):
+    """Whether a place lies on land or within 100 km of it."""
+    return find_cell(read_grid()["land"], latitude, longitude) is not None
 
 
 def find_cell(land, latitude, longitude):
@@ -107,10 +119,32 @@ def find_cell(land, latitude, longitude):
     return (int(rows[row]), int(columns[column])) if distance[row, column] <= REACH else None
 
 
-def measure_land_influence(land, cell, latitude):
-    """Share of land along the parallel upwind of a cell, weighted with its distance: 0 to 1."""
-    row, column = cell
-    band = land[max(row - BAND, 0) : row + BAND + 1].mean(axis=0)
+def interpolate_grid(values, latitude, longitude):
+    """Bilinear interpolation between the four cells around a place, of a grid of the whole globe.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (rows, columns, …)
+        From the South Pole and from 180° W; those of a cell stand for its middle.
+    latitude, longitude : float
+        Place [°].
+    """
+    rows, columns = values.shape[:2]
+    row = np.clip((latitude + 90) * rows / 180 - 0.5, 0, rows - 1.000001)
+    column = ((longitude + 180) * columns / 360 - 0.5) % columns
+    low, left = int(row), int(column)
+    upper, right = row - low, column - left
+    beside = (left + 1) % columns
+    return (1 - upper) * ((1 - right) * values[low, left] + right * values[low, beside]) + upper * (
+        (1 - right) * values[low + 1, left] + right * values[low + 1, beside]
+    )
+
+
+def measure_land_influence(land, latitude, longitude):
+    """Share of land along the parallel upwind of a place, weighted with its distance: 0 to 1."""
+    row = round((latitude - SOUTH) / CELL)
+    column = round((longitude - WEST) / CELL)
+    band = land[max(row - BAND, 0) : row + BAND + 1].mean(axis=0) if row < SHAPE[0] + BAND else np.zeros(SHAPE[1])
     steps = np.arange(SHAPE[1] // 2)
     upwind = column - steps if abs(latitude) >= TRADE_WINDS else column + steps
     width = np.radians(CELL) * EARTH_RADIUS * max(np.cos(np.radians(latitude)), 0.02)

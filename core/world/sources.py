@@ -10,7 +10,7 @@ from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
 from ..weather.climate import INTERVAL, LABEL, NAMES, clear_sky, look_up_altitude, make_climates
-from ..weather.climate_grid import look_up_normals
+from ..weather.climate_grid import is_land, look_up_normals
 from ..weather.weather import Record
 from .read_era5_grid import point_of_block, read_block
 
@@ -138,8 +138,8 @@ def model_source(places, name, request, off_land="blank"):
     name : {"climate", "clear-sky"}
     request : Request
         Its year, seed and horizon_cut.
-    off_land : {"blank", "clear-sky"}
-        Where the climate has no land.
+    off_land : {"blank", "climate", "clear-sky"}
+        Further than 100 km from land.
 
     Returns
     -------
@@ -150,14 +150,15 @@ def model_source(places, name, request, off_land="blank"):
 
     def read(chunk):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
-        land = [name == "climate" and look_up_normals(*place) is not None for place in at]
+        wanted = [name == "climate" and (off_land == "climate" or is_land(*place)) for place in at]
+        land = [want and look_up_normals(*place) is not None for want, place in zip(wanted, at, strict=True)]
         suns = [sun_of_place(sun, *place) for place in at]
         records = climate_records(places, chunk, land, suns, request)
         found = []
         for (latitude, longitude), own, known in zip(at, suns, records, strict=True):
             if known is not None:
                 found.append((add_sun(known, INTERVAL, request.horizon_cut, own), CLIMATE))
-            elif name == "climate" and off_land == "blank":
+            elif name == "climate" and off_land != "clear-sky":
                 found.append((None, NOTHING))
             else:
                 clear = clear_sky(latitude, longitude, look_up_altitude(latitude, longitude), request.year, sun=own)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ...core.city.grid_cells import whole_of_cell
+from ...core.city.city import whole_of_cell
 from ...core.patches.materials import (
     CLEAR,
     DIFFUSE,

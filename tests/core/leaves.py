@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from citypv.core.city.crowns import Crowns, extrude, unit_sphere
+from citypv.core.city.crowns import extrude, unit_sphere
+from citypv.core.city.scene import Crowns
 
 
 def crowns_of(*shapes, area_density=None, trunks=()):

@@ -5,7 +5,7 @@ import sys
 
 SCRIPT = """
 import sys
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.read.read_city import read_city
 from citypv.core.results.write_summary import peak_memory
 before = peak_memory()

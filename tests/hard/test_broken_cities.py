@@ -2,7 +2,6 @@
 
 import copy
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -118,13 +117,16 @@ def test_ground_and_terrain():
     footprint = np.array(TOWN.thematic) == "GroundSurface"
     placed = PlacedCity(TOWN, TOWN.points, scene.surfaces, footprint, AS_IN_FILES)
     feet = find_feet(TOWN, TOWN.points, scene.surfaces, footprint)
-    build = partial(build_scene, TOWN, *BERLIN)
+
+    def stand_on(*layers):
+        return build_scene(TOWN, *BERLIN, options=SceneOptions(terrain=Terrain("hill.asc", [*layers])))
+
     for number in NUMBERS:
         broken = spoiled(TOWN.points, (5, 1), number)
         refused("points: point 5 is", build_ground, placed._replace(points=broken))
         refused("points: point 5 is", build_terrain, feet, broken, TERRAIN)
         high = replace(LAYER, points=spoiled(LAYER.points, (5, 2), number))
-        refused("hill.asc: vertices: vertex 5 is .* leave a gap", build, terrain=Terrain("hill.asc", [high]))
+        refused("hill.asc: vertices: vertex 5 is .* leave a gap", stand_on, high)
         lost = replace(feet, start=spoiled(feet.start, (0, 0), number))
         refused("start of the feet: row 0 is", build_terrain, lost, TOWN.points, TERRAIN)
     refused("footprint: shape", build_ground, placed._replace(footprint=footprint[1:]))
@@ -132,9 +134,9 @@ def test_ground_and_terrain():
     refused("--patch-size: -10", build_ground, placed, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
-        refused("hill.asc: contains no triangles", build, terrain=Terrain("hill.asc", layers))
+        refused("hill.asc: contains no triangles", stand_on, *layers)
     beyond = replace(LAYER, triangles=LAYER.triangles + 5)
-    refused("hill.asc: triangles: triangle . is", build, terrain=Terrain("hill.asc", [beyond]))
+    refused("hill.asc: triangles: triangle . is", stand_on, beyond)
     refused("places: row 2 is", measure_heights, TERRAIN, spoiled(np.zeros((3, 2)), (2, 0), np.nan))
     assert measure_heights(TERRAIN, np.zeros((0, 2))).shape == (0,)
 
@@ -172,7 +174,7 @@ def test_broken_suns_to_match():
     for number in NUMBERS:
         broken = replace(suns, direction=spoiled(suns.direction, (3, 1), number))
         refused("direction of the suns: row 3 is", match_suns, broken, *year)
-    refused("the way 'moon' is unknown", match_suns, replace(suns, sampling="moon"), *year)
+    refused("the sampling 'moon' is unknown", match_suns, replace(suns, sampling="moon"), *year)
     for words, one, count in (
         ("suns: none was traced", suns, 0),
         ("3 directions of sky-grid:64", choose_suns("sky-grid:64", *year), 3),

@@ -44,7 +44,8 @@ def build_town(place=None, ground="none"):
         kept = [index for index, kind in enumerate(thematic) if kind != "TINRelief"]
         polygons, thematic, building = ([rows[index] for index in kept] for rows in (polygons, thematic, building))
     city = city_of_polygons(polygons, thematic, building)
-    city.points = city.points if place is None else PLACES[place](city.points)
+    moves = PLACES if ground == "none" else PLACES_OF_GROUND
+    city.points = city.points if place is None else moves[place](city.points)
     return build_scene(city, 52.5, 13.4, ground=ground)
 
 
