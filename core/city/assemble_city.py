@@ -45,7 +45,17 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_sh
     lod = None if lod is None else str(lod).strip()
     if lod is not None and not re.fullmatch(r"[0-4](\.\d)?", lod):
         raise InputError("--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
-    report = _start_report(contents)
+    report = ImportReport(
+        files=[str(content.path) for content in contents],
+        building_count=sum(len(content.buildings) for content in contents),
+        part_count=sum(content.part_count for content in contents),
+        notes=[note for content in contents for note in content.notes],
+    )
+    met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods())
+    report.lods_met = dict(sorted(met.items()))
+    for content in contents:
+        for reason, identifiers in content.skipped.items():
+            report.skip(reason, identifiers)
     drop_repeated_buildings(contents, report)
     report_share(0.1)
     chosen = _choose(contents, lod, report)
@@ -106,19 +116,6 @@ def choose_lod(lods, wanted=None):
     else:
         candidates = [lod for lod in lods if lod in ("", wanted) or lod.split(".")[0] == wanted]
     return max(candidates, key=rank_lod, default=None)
-
-
-def _start_report(contents):
-    report = ImportReport(files=[str(content.path) for content in contents])
-    report.building_count = sum(len(content.buildings) for content in contents)
-    report.part_count = sum(content.part_count for content in contents)
-    met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods())
-    report.lods_met = dict(sorted(met.items()))
-    for content in contents:
-        report.notes += content.notes
-        for reason, identifiers in content.skipped.items():
-            report.skip(reason, identifiers)
-    return report
 
 
 def _join_colours(contents, report):

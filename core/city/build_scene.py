@@ -11,7 +11,7 @@ from ..settings.progress import ignore_share, report_part
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
-from .crowns import build_crowns
+from .crowns import build_crowns, normals_of
 from .find_ground import find_hanging
 from .find_sheets import find_sheets
 from .find_twins import find_twins
@@ -98,8 +98,7 @@ def build_scene(
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
         report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
-    _count_once(city, points, surfaces, report)
-    _note_lost_area(points, triangles, triangle_surface, surfaces, report)
+    _note_faults((points, city.ring_start, city.polygon_start), (triangles, triangle_surface), surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)
     report_share(TRIANGULATED)
     if patch_size is not None:
@@ -157,24 +156,18 @@ def _describe(city, points, whole_area):
     )
 
 
-def _count_once(city, points, surfaces, report):
-    """Exclude surfaces drawn twice from the eligible area, and report them."""
-    shape = points, city.ring_start, city.polygon_start
+def _note_faults(shape, drawn, surfaces, report):
+    """Exclude surfaces drawn twice from the eligible area, and report them, and polygons whose triangles do not cover
+    them, for example because the outline crosses itself."""
     receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
     twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
     surfaces.eligible &= ~twins
-    report.repair(DRAWN_TWICE, [surfaces.surface_id[i] for i in np.flatnonzero(twins)])
-
-
-def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
-    """Report polygons whose triangles do not cover them, for example because the outline crosses itself."""
-    corners = points[triangles]
-    size = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    covered = np.bincount(triangle_surface, size, minlength=len(surfaces))
+    triangles, owner = drawn
+    covered = np.bincount(owner, 0.5 * np.linalg.norm(normals_of(shape[0], triangles), axis=1), len(surfaces))
     lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
-    if lost.any():
-        reason = "triangles do not match the area (crossing or strongly bent outline)"
-        report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
+    torn = "triangles do not match the area (crossing or strongly bent outline)"
+    for reason, found in ((DRAWN_TWICE, twins), (torn, lost)):
+        report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(found)])
 
 
 def _note_sheets(scene):

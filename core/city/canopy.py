@@ -127,12 +127,12 @@ class Canopy:
         words = hash_rays(ray_origins[:, 0], ray_directions[:, 0])
         if self._kept is None or ray_origins.shape[1] == 1:  # such as photons, which differ between the states
             return self._stop_rays(ray_origins, ray_directions, reach, words)[0]
+        names, count = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1])), ray_origins.shape[1]
 
         def stop_some(rows):
             ends = None if reach is None else reach[rows]
             return self._stop_rays(ray_origins[rows], ray_directions[rows], ends, words[rows])
 
-        names, count = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1])), ray_origins.shape[1]
         return self._answer(count, names, (count,), stop_some)
 
     def _answer(self, common, words, shape, trace):

@@ -24,11 +24,8 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     """
     check_starts("ring_start", ring_start, len(points))
     check_starts("polygon_start", polygon_start, len(ring_start) - 1, least=1)
-
-    def name_point(row):
-        return f"point {row}, of surface {name_surface(row)!r}," if name_surface else f"point {row}"
-
-    check_array("points", points, ("m", 3), row=name_point)
+    of_surface = (lambda row: f", of surface {name_surface(row)!r},") if name_surface else (lambda row: "")
+    check_array("points", points, ("m", 3), row=lambda row: f"point {row}{of_surface(row)}")
 
 
 def check_starts(name, starts, last, least=0):

@@ -261,9 +261,9 @@ def ellipsoid(middle, half_axes):
     return np.asarray(middle) + vertices * half_axes, triangles
 
 
-def cylinder(foot, radius, height, sides=8):
+def cylinder(foot, radius, height):
     """Mantle of an upright cylinder: vertices (v, 3) [m] and triangles (t, 3)."""
-    angle = 2 * np.pi * np.arange(sides) / sides
+    sides, angle = 8, 0.25 * np.pi * np.arange(8)
     ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides)]) + foot
     k, following = np.arange(sides), (np.arange(sides) + 1) % sides
     lower = np.column_stack([k, following, k + sides])

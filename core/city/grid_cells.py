@@ -106,25 +106,21 @@ class Outlines:
         return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
 
 
-def outline_surfaces(city, surfaces, site, grid_size=None):
+def outline_surfaces(city, surfaces, site):
     """Outlines of the surfaces of a scene.
 
     Parameters
     ----------
     city : City
-        As it was read.
+        Cut into cells where the scene is.
     surfaces : Surfaces
         Of the scene that was built from it; those behind the city's own polygons get no rings.
     site : Site
-    grid_size : float, optional
-        [m] As the scene was built with.
 
     Returns
     -------
     Outlines
     """
-    if grid_size is not None:
-        city, _ = split_into_cells(city, grid_size)
     start = np.full(len(surfaces) + 1, city.polygon_start[-1], np.int32)
     start[: len(city) + 1] = city.polygon_start
     points = bring_to_origin(city.points, site).astype(np.float32)

@@ -156,33 +156,27 @@ def trace_both_sides(shape, shell, tested, wanted):
 
 
 def triangles_around(shape, tested):
-    """Triangles (t, 3) of all polygons near those tested, the polygon of each (t,), and points (m, 3) [m] near zero."""
-    points, ring_start, polygon_start = shape
-    near = polygons_near(shape, tested)
-    rings = np.diff(polygon_start)
-    chosen = np.zeros(len(rings), bool)
-    chosen[near] = True
-    kept_rings = np.repeat(chosen, rings)
-    corners = np.diff(ring_start)
-    kept = points[np.repeat(kept_rings, corners)]
-    places = np.round(kept - kept.min(axis=0), MICROMETRE)
-    triangles, owner = triangulate(places, starts_of(corners[kept_rings]), starts_of(rings[chosen]))
-    return triangles, near[owner], places
+    """Triangles (t, 3) of all polygons near those tested, the polygon of each (t,), and points (m, 3) [m] near zero.
 
-
-def polygons_near(shape, tested):
-    """Polygons in the cells, REACH wide, of those tested, and in the eight cells around: (k,) int64, ascending."""
+    Near are those in the cells, REACH wide, of those tested, and in the eight cells around.
+    """
     points, ring_start, polygon_start = shape
     cells = []
     for axis in (0, 1):
         low, high = polygon_bounds(points[:, axis], ring_start, polygon_start)
         cells.append(np.floor((np.stack([low, high]) - low.min()) / REACH).astype(np.int64) + 1)
     width = max(cells[1].max() + 2, 3)
-    corners = np.array([x * width + y for x in cells[0] for y in cells[1]])  # (4, n)
+    ends = np.array([x * width + y for x in cells[0] for y in cells[1]])  # (4, n)
     around = np.add.outer([-width, 0, width], [-1, 0, 1]).reshape(-1)
-    marked = np.unique(np.unique(corners[:, tested])[:, None] + around)
+    marked = np.unique(np.unique(ends[:, tested])[:, None] + around)
     large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
-    return np.flatnonzero(large | np.isin(corners, marked).any(axis=0))
+    chosen, rings = large | np.isin(ends, marked).any(axis=0), np.diff(polygon_start)
+    kept_rings = np.repeat(chosen, rings)
+    corners = np.diff(ring_start)
+    kept = points[np.repeat(kept_rings, corners)]
+    places = np.round(kept - kept.min(axis=0), MICROMETRE)
+    triangles, owner = triangulate(places, starts_of(corners[kept_rings]), starts_of(rings[chosen]))
+    return triangles, np.flatnonzero(chosen)[owner], places
 
 
 def start_rays(faces, owner, tested):

@@ -11,6 +11,7 @@ from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
 from .locate_site import bring_to_origin
 from .polygons import polygon_bounds
+from .scene import append_triangles
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 
 SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
@@ -49,9 +50,19 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
         feet = feet_or_corners(
             placed, lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan)
         )
-        if options.terrain is not None or reaches(moved, feet.start[:, :2]):
+        places = feet.start[:, :2]  # under any of them, or close beside it
+        heights = measure_heights(moved, places), nearest_heights(moved, places, NEAR)
+        if options.terrain is not None or np.isfinite(heights).any():
             laid = build_terrain(feet, placed.points, moved, patch_size, reach, site=scene.site)
-            return stand_on_terrain(scene, laid), feet.hanging
+            for reason, polygons in (
+                ("ends above the terrain, extended down to it", laid.raised),
+                ("continues below the terrain, cut off at it", laid.below_ground),
+                ("footprint above the ground, which continues below it", laid.hanging),
+            ):
+                scene.report.repair(reason, [scene.surfaces.surface_id[k] for k in polygons])
+            notes += laid.notes
+            scene = join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
+            return replace(scene, terrain_laid=True), feet.hanging
         notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
     known = height_of_own_ground(scene)
     if ground == "none":
@@ -85,26 +96,7 @@ def height_of_own_ground(scene):
     return ground_height
 
 
-def reaches(terrain, places):
-    """Whether a terrain has a height under any of some places, (k, 2) float64 [m], or close beside it."""
-    under = np.isfinite(measure_heights(terrain, places)).any()
-    return under or np.isfinite(nearest_heights(terrain, places, NEAR)).any()
-
-
-def stand_on_terrain(scene, ground):
-    """The scene on measured Ground; its report says what was done at the feet of walls."""
-    names = scene.surfaces.surface_id
-    for reason, polygons in (
-        ("ends above the terrain, extended down to it", ground.raised),
-        ("continues below the terrain, cut off at it", ground.below_ground),
-        ("footprint above the ground, which continues below it", ground.hanging),
-    ):
-        scene.report.repair(reason, [names[k] for k in polygons])
-    scene.report.notes += ground.notes
-    return replace(join_ground(scene, ground.vertices, ground.triangles, ground.hidden), terrain_laid=True)
-
-
-def join_ground(scene, vertices, triangles, hidden=None):
+def join_ground(scene, vertices, triangles, hidden=False):
     """Add the triangles of the ground, which have no row in the tables, to a scene.
 
     Parameters
@@ -121,16 +113,8 @@ def join_ground(scene, vertices, triangles, hidden=None):
     -------
     Scene
     """
-    nothing = np.zeros(len(triangles), bool)
-    return replace(
-        scene,
-        vertices=np.concatenate([scene.vertices, vertices]),
-        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
-        triangle_surface=np.concatenate([scene.triangle_surface, np.full(len(triangles), -1, np.int32)]),
-        footprint=np.concatenate([scene.footprint, nothing if hidden is None else hidden]),
-        closure=np.concatenate([scene.closure, nothing]),
-        sheet=None if scene.sheet is None else np.concatenate([scene.sheet, nothing]),
-    )
+    scene = append_triangles(scene, triangles + len(scene.vertices), footprint=hidden)
+    return replace(scene, vertices=np.concatenate([scene.vertices, vertices]))
 
 
 def count_triangles(terrain):

@@ -10,6 +10,7 @@ import pyproj
 
 from ..settings.errors import InputError
 from .scene import Site
+from .transform_crs import plane_of
 
 MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
 STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
@@ -55,7 +56,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
                 "give both --latitude D --longitude D",
             )
         return latitude, longitude, 0.0
-    plane = _plane_of(crs)
+    plane, _ = plane_of(crs)
     globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
     here = globe.transform(point[0], point[1])
     north = globe.transform(point[0], point[1] + STEP)
@@ -88,8 +89,7 @@ def note_outside_use(crs, latitude, longitude):
     list of str
         A sentence for the report, or none.
     """
-    area = None if crs is None or latitude is None else _plane_of(crs).area_of_use
-    if area is None:
+    if crs is None or latitude is None or (area := plane_of(crs)[0].area_of_use) is None:
         return []
     width = (area.east - area.west) % 360 or 360.0
     past_west = (longitude - area.west) % 360  # [°] eastwards from its western edge
@@ -98,12 +98,7 @@ def note_outside_use(crs, latitude, longitude):
         return []
     place = f"The city, at latitude {latitude:.3f}°, longitude {longitude:.3f}°, lies {outside:.1f}° outside"
     cure = "If its coordinates are local, or of another system, give --latitude and --longitude."
-    return [f"{place} the area of use of {crs} ({_plane_of(crs).name}). {cure}"]
-
-
-def _plane_of(crs):
-    system = pyproj.CRS.from_user_input(crs)
-    return system.sub_crs_list[0] if system.is_compound else system.to_2d()
+    return [f"{place} the area of use of {crs} ({plane_of(crs)[0].name}). {cure}"]
 
 
 MICROMETRE = 6  # decimals of a metre

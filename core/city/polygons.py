@@ -136,7 +136,10 @@ def triangulate(points, ring_start, polygon_start):
     ring_count = np.diff(polygon_start)
     first = ring_start[polygon_start[:-1]]
     point_count = ring_start[polygon_start[1:]] - first
-    plane = project_to_planes(points, normal, np.repeat(np.arange(len(area)), point_count))
+    # Relative to the polygon's first point, to keep the precision far from the origin.
+    owner = np.repeat(np.arange(len(area)), point_count)
+    local = points - points[np.minimum(first, len(points) - 1)][owner]
+    plane = np.column_stack([np.einsum("ij,ij->i", local, axes[owner]) for axes in plane_axes(normal)])
     done_triangles = (ring_count == 1) & (point_count == 3)
     triangles = [first[done_triangles, None] + np.arange(3)]
     owners = [np.flatnonzero(done_triangles)]
@@ -159,19 +162,6 @@ def triangulate(points, ring_start, polygon_start):
     triangles, owners = triangles[sound], owners[sound]
     order = np.argsort(owners, kind="stable")
     return triangles[order], owners[order]
-
-
-def project_to_planes(points, normal, polygon_of_point):
-    """Coordinates of each point in its polygon's plane, seen from the front, (m, 2) float64 [m].
-
-    They are relative to the polygon's first point, to keep their precision far from the origin.
-    """
-    first = np.unique(polygon_of_point, return_index=True)[1]
-    start = np.zeros(len(normal), np.int64)
-    start[polygon_of_point[first]] = first
-    local = points - points[start][polygon_of_point]
-    right, upward = plane_axes(normal)
-    return np.column_stack([np.einsum("ij,ij->i", local, axes[polygon_of_point]) for axes in (right, upward)])
 
 
 def plane_axes(normal):

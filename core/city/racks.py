@@ -18,7 +18,7 @@ from .locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons
 from .refine import refine_triangles
-from .scene import Surfaces
+from .scene import Surfaces, append_triangles
 
 RACK = "rack"  # the kind
 MARK = "/rack"  # in names, between that of the roof and a number
@@ -235,22 +235,20 @@ def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     if patch_size is not None and count:
         vertices, triangles, parent = refine_triangles(vertices, triangles, patch_size, row * 6 + part // 2)
         row, part = row[parent], part[parent]
-    back = part >= FRONT
-    nothing = np.zeros(len(triangles), bool)
-    owner = (len(scene.surfaces) + row).astype(np.int32)
-    none = np.int32(-1)
+    back, owner = part >= FRONT, len(scene.surfaces) + row
+    scene = append_triangles(
+        replace(scene, rack_of_back=np.full(len(scene.triangles), -1, np.int32)),
+        triangles + len(scene.vertices),
+        np.where(back, -1, owner),
+        closure=back & (back_albedo == 0),
+        rack_of_back=np.where(back, owner, -1),
+    )
     return replace(
         scene,
         vertices=np.concatenate([scene.vertices, vertices]),
-        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
-        triangle_surface=np.concatenate([scene.triangle_surface, np.where(back, none, owner)]),
-        footprint=np.concatenate([scene.footprint, nothing]),
-        closure=np.concatenate([scene.closure, back & (back_albedo == 0)]),
-        sheet=None if scene.sheet is None else np.concatenate([scene.sheet, nothing]),
         surfaces=join_surfaces(scene.surfaces, rows),
         racks=fronts,
         back_albedo=back_albedo,
-        rack_of_back=np.concatenate([np.full(len(scene.triangles), none), np.where(back, owner, none)]),
     )
 
 

@@ -96,7 +96,13 @@ def _exchange_rings(draft, report):
     for polygon in np.flatnonzero(np.diff(polygon_start) > 1):
         first, last = polygon_start[polygon : polygon + 2]
         largest = first + int(np.argmax(area[first:last]))
-        if largest > first and area[first] > 0 and _lies_within(points, ring_start, (first, largest), vectors[largest]):
+        if largest == first or not area[first] > 0:
+            continue
+        # Both seen along the area vector of the largest.
+        axes = np.concatenate(plane_axes(vectors[largest][None] / area[largest]))
+        rings = [points[ring_start[ring] : ring_start[ring + 1]] for ring in (first, largest)]
+        small, large = (shapely.make_valid(shapely.Polygon((ring - rings[1][0]) @ axes.T)) for ring in rings)
+        if small.area > 0 and small.intersection(large).area >= WITHIN * small.area:
             order[[first, largest]] = largest, first
             exchanged[polygon] = True
     if not exchanged.any():
@@ -104,14 +110,6 @@ def _exchange_rings(draft, report):
     report.repair("outline and hole exchanged", draft.names_of(exchanged))
     pieces = [points[ring_start[ring] : ring_start[ring + 1]] for ring in order]
     return replace(draft, points=np.concatenate(pieces), ring_start=starts_of(list(map(len, pieces))))
-
-
-def _lies_within(points, ring_start, pair, vector):
-    """Whether the first ring of a pair lies within the second, seen along the area vector of that."""
-    axes = np.concatenate(plane_axes(vector[None] / np.linalg.norm(vector)))
-    rings = [points[ring_start[ring] : ring_start[ring + 1]] - points[ring_start[pair[1]]] for ring in pair]
-    small, large = (shapely.make_valid(shapely.Polygon(ring @ axes.T)) for ring in rings)
-    return small.area > 0 and small.intersection(large).area >= WITHIN * small.area
 
 
 def _drop_degenerate(draft, report):

@@ -109,6 +109,17 @@ def check_scene(scene):
             check_array(name, getattr(scene, name), (count,), kind="i", least=-1, most=most)
 
 
+def append_triangles(scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1):
+    """The scene with more triangles, (k, 3) int into its vertices; the others are (k,) or one for all, as of Scene."""
+    new = {"triangle_surface": surface, "footprint": footprint, "closure": closure, "sheet": False}
+    new |= {"back_of": back_of, "rack_of_back": rack_of_back}
+    for name, values in new.items():
+        old = getattr(scene, name)
+        own = None if old is None else np.broadcast_to(np.asarray(values, old.dtype), len(triangles))
+        new[name] = None if old is None else np.concatenate([old, own])
+    return replace(scene, triangles=np.concatenate([scene.triangles, triangles.astype(np.int32)]), **new)
+
+
 def add_backs(scene):
     """The scene with a reversed triangle appended for each triangle of a sheet.
 
@@ -126,18 +137,9 @@ def add_backs(scene):
     """
     if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
         return scene
-    rows = np.flatnonzero(scene.sheet)
-    count, nothing, racks = len(scene.triangles), np.zeros(len(rows), bool), scene.rack_of_back
-    return replace(
-        scene,
-        triangles=np.concatenate([scene.triangles, scene.triangles[rows][:, [0, 2, 1]]]),
-        triangle_surface=np.concatenate([scene.triangle_surface, np.full(len(rows), -1, np.int32)]),
-        footprint=np.concatenate([scene.footprint, nothing]),
-        closure=np.concatenate([scene.closure, nothing]),
-        sheet=np.concatenate([scene.sheet, nothing]),
-        back_of=np.concatenate([np.full(count, -1, np.int32), rows.astype(np.int32)]),
-        rack_of_back=None if racks is None else np.concatenate([racks, np.full(len(rows), -1, np.int32)]),
-    )
+    rows = np.flatnonzero(scene.sheet).astype(np.int32)
+    none = np.full(len(scene.triangles), -1, np.int32)
+    return append_triangles(replace(scene, back_of=none), scene.triangles[rows][:, [0, 2, 1]], back_of=rows)
 
 
 def surface_of_triangles(scene):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .places_in_plan import COINCIDENT, find_in_boxes, group, lay_grid, merge_places, pair_keys
+from .places_in_plan import COINCIDENT, find_in_boxes, group, lay_grid, list_runs, merge_places, pair_keys
 
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
@@ -88,8 +88,7 @@ def lowest_around(points, start, end, within):
     Pieces of edges, up to that distance long, have both ends within twice of it from a point that they come near to.
     """
     parts = np.maximum(np.ceil(np.linalg.norm((end - start)[:, :2], axis=1) / within), 1).astype(np.int64)
-    edge = np.repeat(np.arange(len(start)), parts + 1)
-    number = np.arange(len(edge)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    edge, number = list_runs(np.zeros(len(start), np.int64), parts + 1)
     ends = start[edge] + (number / parts[edge])[:, None] * (end - start)[edge]
     key = pair_keys(np.floor(ends[:, :2] / (2 * within)).astype(np.int64))
     order, first = group(key)

@@ -37,22 +37,16 @@ def triangulate_plan(places):
     try:
         polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))  # a line is any collection of places
     except shapely.GEOSException:  # "Could not locate vertex": its search goes round among places almost in line
-        return triangulate_slowly(places)
+        middle = places.mean(axis=0)
+        try:  # Qhull leaves out places that rounding makes one with others
+            return Delaunay(places - middle).simplices.astype(np.int64)
+        except QhullError as error:
+            where = f"around x {middle[0]:,.0f} m, y {middle[1]:,.0f} m from the scene's origin"
+            problem = f"{len(places):,} points of the ground {where} cannot be triangulated"
+            cure = "give the ground with --terrain FILE, or none with --ground none"
+            raise InputError("--ground", problem, cure) from error
     corners = shapely.get_coordinates(polygons, include_z=True).reshape(-1, 4, 3)[:, :3, 2]
     return corners.astype(np.int64)
-
-
-def triangulate_slowly(places):
-    """The same with Qhull, which leaves out places that rounding makes one with others."""
-    middle = places.mean(axis=0)
-    try:
-        return Delaunay(places - middle).simplices.astype(np.int64)
-    except QhullError as error:
-        where = f"around x {middle[0]:,.0f} m, y {middle[1]:,.0f} m from the scene's origin"
-        problem = f"{len(places):,} points of the ground {where} cannot be triangulated"
-        raise InputError(
-            "--ground", problem, "give the ground with --terrain FILE, or none with --ground none"
-        ) from error
 
 
 def find_missing(triangles, edges):

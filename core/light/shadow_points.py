@@ -67,7 +67,7 @@ def shadow_points(patches, chosen, point_count):
     return position
 
 
-def find_points(patches, covered, point_count, wanted, threads=1):
+def find_points(patches, covered, point_count, wanted, *, rayless, threads=1):
     """Which points of patches lie in the open, and which of them stand for which element.
 
     Parameters
@@ -78,6 +78,8 @@ def find_points(patches, covered, point_count, wanted, threads=1):
     point_count : int
     wanted : (p,) bool
         Patches that look at suns.
+    rayless : (p,) bool
+        Of these, those that send no rays to them: only their cells tell which points lie inside or under something.
     threads : int
 
     Returns
@@ -96,7 +98,8 @@ def find_points(patches, covered, point_count, wanted, threads=1):
         cells = covered[rows[partly]]
         cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)
         in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
-        is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
+        closed = np.where(rayless[rows[partly], None], cells, enclosed_cells(cells))
+        is_open[rows[partly]] = ~np.take_along_axis(closed, cell, axis=1)
         all_covered[partly] = find_covered_elements(cells, elements)
         chosen = np.empty((len(rows), elements), representative_points.dtype)
         choose_representatives(places, (in_covered, all_covered), middles, chosen)

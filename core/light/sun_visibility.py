@@ -128,7 +128,7 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
-        watch.points = find_points(patches, watch.covered, m, wanted, watch.threads)
+        watch.points = find_points(patches, watch.covered, m, wanted, rayless=watch.unobstructed, threads=watch.threads)
     shape = len(patches), -(-m // WORD), len(directions)
     turns = watch.turns_of_patches()
     found = Shadows(np.zeros(shape, np.uint16), watch.points, turns, np.zeros((len(patches), m), np.float32), 0)

@@ -16,7 +16,7 @@ from ..patches.fates_of_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, 
 from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
 from ..rays.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays, points_of_patches, shift_replicates
 from ..rays.random_numbers import mix
-from ..rays.ray_scene import Places
+from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import (
     DIGITS,
     HEMISPHERE_REPLICATES,
@@ -149,7 +149,7 @@ def follow_rays(city, covered, rays):
 
     Returns
     -------
-    hits : Places
+    hits : HitPlaces
     fate : (c, rays) uint8
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
@@ -227,7 +227,7 @@ def stop_at_leaves(ray_scene, patches, rays, places, fate):
     """Change the fate of rays that crowns stop to LEAVES. Each replicate has random numbers of its own."""
     shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
     rays = tuple(part.reshape(*shape, 3) for part in rays)
-    places = Places(*(part.reshape(shape) for part in places))
+    places = HitPlaces(*(part.reshape(shape) for part in places))
     stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
     fate[stopped.reshape(fate.shape)] = LEAVES
 

@@ -15,7 +15,7 @@ from numba import njit
 
 from ..city.canopy import LeafyScene
 from ..rays.random_numbers import mix, uniform
-from ..rays.ray_scene import Places
+from ..rays.ray_scene import HitPlaces
 from ..settings.threads import map_in_order
 from .find_coincident import Coincident, find_coincident
 from .find_covered import judge_vote, trace_vote
@@ -68,7 +68,7 @@ class FacingScene(LeafyScene):
 
         Parameters
         ----------
-        places : Places
+        places : HitPlaces
             m, on the faces that were hit.
 
         Returns
@@ -201,7 +201,7 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
 
     def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
-        shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), Places(faces, *middle.T)
+        shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), HitPlaces(faces, *middle.T)
         _, *met = trace_vote(ray_scene, patches, places, shifts, RAYS)
         return judge_vote(*(which.sum(axis=1) for which in met), RAYS, STRAY_RAYS)
 

@@ -59,7 +59,7 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
     patches : Patches
     rays : tuple of (c, r, 3) float32 and (c, r, 3) float32
         Origins and unit directions, in rows whose random numbers are evenly spread.
-    places : Places
+    places : HitPlaces
         (c, r), what the rays hit.
     wanted : (c, r) bool
         Rays in question.

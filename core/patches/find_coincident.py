@@ -124,19 +124,10 @@ def pairs_in_grid(chosen, grid, size, faces):
                 level = level or lies_in_plane(corners, normal, other, one, reach)
                 if level and not separated(corners, normal, one, other, reach):
                     if found == len(pairs):
-                        pairs = twice_as_long(pairs)
+                        pairs = np.concatenate((pairs, pairs))  # room for as many more
                     pairs[found, 0], pairs[found, 1] = one, other
                     found += 1
     return pairs[:found]
-
-
-@njit(nogil=True, cache=True)
-def twice_as_long(pairs):
-    """The same pairs with room for as many more."""
-    longer = np.empty((2 * len(pairs), 2), np.int32)
-    for pair in range(len(pairs)):
-        longer[pair, 0], longer[pair, 1] = pairs[pair, 0], pairs[pair, 1]
-    return longer
 
 
 @njit(nogil=True, cache=True, inline="always")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..rays.random_numbers import mix, uniform_of
-from ..rays.ray_scene import Places
+from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import additive_recurrence, cell_places, cosine_direction, shifted, stratified_points
 from .cover_cells import (
     COVERED,
@@ -168,10 +168,10 @@ def examine_cells(ray_scene, patches, chosen, starts):
 
 
 def take_cells(patches, chosen, starts, row, cell):
-    """Those of some cells: `Places`, random numbers as (k, 2) float32, and keys of more of these, (k,) uint64."""
+    """Those of some cells: `HitPlaces`, random numbers as (k, 2) float32, and keys of more of these, (k,) uint64."""
     b1, b2, shifts = starts
     keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
-    places = Places(chosen[row], b1[row, cell], b2[row, cell])
+    places = HitPlaces(chosen[row], b1[row, cell], b2[row, cell])
     return places, np.stack([part[row, cell] for part in shifts], axis=1), keys
 
 
@@ -180,7 +180,7 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
 
     Parameters
     ----------
-    places : Places
+    places : HitPlaces
         k, one in each cell.
     shifts, keys : arrays
         Of `take_cells`.
@@ -208,14 +208,14 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
 
 
 def trace_vote(ray_scene, patches, places, shifts, rays):
-    """Where the rays of a vote end: Places, and whether at a back, in the sky, below the horizon: all (k, rays)."""
+    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the horizon: all (k, rays)."""
     around = additive_recurrence(rays, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
     own, b1, b2 = places
     b1, b2 = (np.repeat(weights[:, None], rays, axis=1) for weights in (b1, b2))
     origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
     hits = ray_scene.trace_as_drawn(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    hits = Places(*(part.reshape(u.shape) for part in hits))
+    hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
     gone, upwards = hits.triangle < 0, directions[..., 2] > 0
     return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards
 

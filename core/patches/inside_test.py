@@ -39,7 +39,7 @@ def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
 
     Parameters
     ----------
-    places : Places
+    places : HitPlaces
         k.
     keys : (k,) uint64
         Of random numbers.
@@ -65,7 +65,7 @@ def follow(ray_scene, patches, rays, ends, ahead=0):
     ray_scene : RayScene
     patches : Patches
         Of all triangles of `ray_scene`.
-    rays : tuple of Places, (r,) int and (r,) uint64
+    rays : tuple of HitPlaces, (r,) int and (r,) uint64
         Where they start, the point that each belongs to, and keys of random numbers.
     ends : (2, k) int
         For each point, how many end at backs and how many in the sky is added to the rows. From points with more than
@@ -97,7 +97,7 @@ def find_touching(patches, own, hits):
     patches : Patches
     own : (m,) int
         The patch that each starts from.
-    hits : Places
+    hits : HitPlaces
         m; where it ends.
 
     Returns
@@ -121,7 +121,7 @@ def mark_touching(shapes, starts, hits, touching):
     starts : tuple of (m,) int and (m,) float32 [m]
         The patch that each ray starts from, and how close a face must be.
     hits : tuple of (m,) int, (m,) float32 and (m,) float32
-        Of `Places`.
+        Of `HitPlaces`.
     """
     (corner, edges, facing), (own, closest), (met, b1, b2) = shapes, starts, hits
     for ray in range(len(own)):

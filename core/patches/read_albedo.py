@@ -114,7 +114,13 @@ def name_brdfs(scene, request):
         problem = f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
         cure = "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
         raise InputError(request.albedo_file, problem, cure)
-    of_material = brdfs_of_materials(scene, request)
+    of_name = {}
+    if request.file_materials:
+        if not scene.colours:
+            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
+        of_name = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+    of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
+    of_material = {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in of_name.items()}
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
     plain = dict.fromkeys([*kinds, "ground"], Found("--albedo", "", "", Lambertian(request.albedo)))
     of_kind = plain | {kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)}
@@ -125,17 +131,6 @@ def name_brdfs(scene, request):
     if "ground" not in of_key:
         of_kind["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
     return [*found, of_material.get(request.ground_material, of_kind["ground"])]
-
-
-def brdfs_of_materials(scene, request):
-    """BRDFs of the materials given by the request or, if requested, by the city's files: name -> Found."""
-    specs = {}
-    if request.file_materials:
-        if not scene.colours:
-            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
-        specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
-    specs |= request.materials
-    return {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in specs.items() if spec}
 
 
 def brdf_of_named(name, spec):

@@ -148,7 +148,7 @@ def meet_fronts(target, photons, tally, source=None):
     Returns
     -------
     Photons
-    places : Places
+    places : HitPlaces
         m, which they hit.
     """
     patches = target.patches
@@ -191,7 +191,7 @@ def slip_past_edges(target, places, directions, front):
     Parameters
     ----------
     target : Target
-    places : Places
+    places : HitPlaces
     directions : (m, 3) float32
     front : (m,) bool
         Photons that hit a front side.

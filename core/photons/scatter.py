@@ -18,7 +18,7 @@ def leave_patches(patches, places, local):
     Parameters
     ----------
     patches : Patches
-    places : Places
+    places : HitPlaces
     local : tuple of three (m,) float
         Along the two tangents and the normal.
 
@@ -42,7 +42,7 @@ def scatter(patches, places, directions, draws, brdfs):
     Parameters
     ----------
     patches : Patches
-    places : Places
+    places : HitPlaces
     directions : (m, 3) float32
         Directions of travel on arrival.
     draws : (m, NUMBERS) float32

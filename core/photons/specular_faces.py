@@ -13,7 +13,7 @@ import numpy as np
 
 from ..patches.fates_of_rays import meets_back
 from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..rays.ray_scene import Places
+from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
 from .follow_photons import QUANTUM, Photons, Tally, deposit, end_in_crowns, meet_fronts, reflect_photons
@@ -50,7 +50,7 @@ def place_on_faces(faces, power, batch, dimensions):
 
     Returns
     -------
-    places : Places
+    places : HitPlaces
     numbers : (m, dimensions - 2) float64
         Those not used.
     """
@@ -62,7 +62,7 @@ def place_on_faces(faces, power, batch, dimensions):
     row = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
     width = power[row] / power.sum()
     along = np.clip((numbers[:, 0] - (bounds[row] - width)) / width, 0, 1)
-    return Places(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
+    return HitPlaces(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
 
 
 def photons_of_sun(target, faces, power, direction, batch):
@@ -90,7 +90,7 @@ def photons_of_sun(target, faces, power, direction, batch):
     open_place = ~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]
     seen = np.flatnonzero(open_place)
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], np.asarray(direction, np.float32))]
-    beyond = Places(np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen)))
+    beyond = HitPlaces(np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen)))
     towards = np.broadcast_to(np.asarray(direction, np.float32), (len(seen), 3))
     seen = seen[~end_in_crowns(target, origins[seen], towards, beyond)]
     travel = np.broadcast_to(-np.asarray(direction, np.float32), (len(seen), 3))

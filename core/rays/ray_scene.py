@@ -68,7 +68,7 @@ class RayScene:
 
         Returns
         -------
-        Places
+        HitPlaces
             n, of int32 and float32.
         """
         ray_origins = usable_rays("ray_origins", ray_origins)
@@ -78,9 +78,9 @@ class RayScene:
             raise InputError("ray_directions", problem, "give one direction per ray")
         if not self.triangle_count or not len(ray_origins):
             nowhere = np.zeros(len(ray_origins), np.float32)
-            return Places(np.full(len(ray_origins), -1, np.int32), nowhere, nowhere)
+            return HitPlaces(np.full(len(ray_origins), -1, np.int32), nowhere, nowhere)
         with self._timed():
-            return Places(*self._tree.trace_places(ray_origins, ray_directions))
+            return HitPlaces(*self._tree.trace_places(ray_origins, ray_directions))
 
     trace_as_drawn = trace_places  # the same where a kind of scene assigns hits to other faces
 
@@ -141,7 +141,7 @@ def usable_rays(name, rays):
     return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
 
 
-class Places(NamedTuple):
+class HitPlaces(NamedTuple):
     """Points on triangles, or on the patches that are these triangles."""
 
     triangle: np.ndarray  # (m,) int, -1 for none
@@ -149,5 +149,5 @@ class Places(NamedTuple):
     b2: np.ndarray  # (m,) float, for the third vertex
 
     def take(self, chosen):
-        """Some of them, or all in another shape: Places."""
-        return Places(*(part[chosen] for part in self))
+        """Some of them, or all in another shape: HitPlaces."""
+        return HitPlaces(*(part[chosen] for part in self))

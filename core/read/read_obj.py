@@ -8,7 +8,7 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..city.city import FileContent, Polygon
+from ..city.city import FileContent, Polygon, number_names
 from ..settings.errors import InputError
 from ..settings.progress import ignore_share
 from .parse_obj import SHORT, parse_obj, read_libraries
@@ -87,9 +87,7 @@ def _buildings(parts, vertices, content):
             words = f"{len(again)} objects have the name of an earlier one, number added"
             content.notes.append(f"{words}: {again[0]} …")
     elif any(parts.groups):
-        number = {name: k for k, name in enumerate(dict.fromkeys(parts.groups))}
-        building = np.array([number[name] for name in parts.groups])
-        content.buildings = list(number)
+        building, content.buildings = number_names(parts.groups), list(dict.fromkeys(parts.groups))
     else:
         building = _pieces(parts.faces, vertices)
         content.buildings = [f"part_{k + 1}" for k in range(building.max() + 1)]

@@ -57,7 +57,7 @@ def read_terrain(path, city, unit="m", up="z"):
         terrain.layers = read_raster(Wanted(path, low, high, city.crs, UNITS[unit]), terrain.notes)
     elif suffix in RELIEFS:
         layers, crs = read_relief(path)
-        _note_missing(crs, city.crs, terrain)
+        _note_missing(crs, city.crs, path, terrain.notes)
         terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
     elif suffix == ".obj":
         parts = parse_obj(path)
@@ -67,7 +67,7 @@ def read_terrain(path, city, unit="m", up="z"):
         points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
         fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
         terrain.layers = [Layer(points * UNITS[unit], np.concatenate(fans))]
-        _note_missing(None, city.crs, terrain)
+        _note_missing(None, city.crs, path, terrain.notes)
     else:
         raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
     points = np.concatenate([np.empty((0, 3)), *(layer.points for layer in terrain.layers)])
@@ -80,12 +80,12 @@ def read_terrain(path, city, unit="m", up="z"):
     return terrain
 
 
-def _note_missing(crs, city_crs, terrain):
+def _note_missing(crs, city_crs, path, notes):
     """Note which of terrain and city has no coordinate reference system, and which one is assumed."""
     if crs is None:
-        terrain.notes.append(f"{terrain.source} has no coordinate reference system; the city's is assumed.")
+        notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
     elif city_crs is None:
-        terrain.notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
+        notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
 
 
 class Wanted(NamedTuple):
@@ -121,10 +121,7 @@ def read_raster(wanted, notes):
     with open_raster(path) as raster:
         if raster.crs is None and (raster.matrix == np.eye(2, 3)).all():
             raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
-        if raster.crs is None:
-            notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
-        elif wanted.crs is None:
-            notes.append(f"The city has no coordinate reference system; that of {path} is assumed.")
+        _note_missing(raster.crs and f"that of {path}", wanted.crs, path, notes)
         for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
             window = window_between(raster, _rectangle(reach, raster, wanted))
             if window is not None and window[2] * window[3] > MOST_POSTS:

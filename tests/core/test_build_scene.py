@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cities import box, make_city
+from test_triangulate import vectors
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.grid_cells import split_into_cells
@@ -15,11 +16,6 @@ from citypv.core.settings.errors import InputError
 ROOT = Path(__file__).parents[2]
 HANNOVER = ROOT / "tests" / "data" / "citygml" / "hannover_LGLN_LoD2_32_550_5802_3bld.gml"
 PLATEAU = ROOT / "tests" / "data" / "citygml" / "plateau_yokosuka_52397519_bldg.gml.gz"
-
-
-def areas(scene):
-    a, b, c = (scene.vertices[scene.triangles[:, k]] for k in range(3))
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 @pytest.fixture(scope="module")
@@ -47,8 +43,8 @@ def test_azimuths_are_from_true_north(hannover):
 
 
 def test_patches_are_small_and_cover_their_surfaces(hannover):
-    own = hannover.triangle_surface >= 0
-    covered = np.bincount(hannover.triangle_surface[own], areas(hannover)[own], minlength=len(hannover.surfaces))
+    own, size = hannover.triangle_surface >= 0, vectors(hannover.vertices, hannover.triangles)
+    covered = np.bincount(hannover.triangle_surface[own], np.linalg.norm(size[own], axis=1), len(hannover.surfaces))
     assert covered == pytest.approx(hannover.surfaces.area, rel=1e-4, abs=1e-3)
     edges = hannover.triangles[own][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     span = hannover.vertices[edges[:, 0]] - hannover.vertices[edges[:, 1]]
@@ -59,8 +55,7 @@ def test_patches_are_small_and_cover_their_surfaces(hannover):
 
 def test_triangles_face_as_their_surfaces(hannover):
     own = hannover.triangle_surface >= 0
-    a, b, c = (hannover.vertices[hannover.triangles[own, k]] for k in range(3))
-    facing = np.cross(b - a, c - a)
+    facing = vectors(hannover.vertices, hannover.triangles[own])
     along = np.einsum("ij,ij->i", facing, hannover.surfaces.normal[hannover.triangle_surface[own]])
     assert along.min() > 0.99 * np.linalg.norm(facing, axis=1)[np.argmin(along)]
 

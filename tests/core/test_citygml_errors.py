@@ -40,18 +40,20 @@ FILES = {
 }
 
 
+def assert_refused(path, problem, longest=500):
+    """One short line: file, place and cure."""
+    with pytest.raises(InputError, match=problem) as caught:
+        read_city(path)
+    message = str(caught.value)
+    assert message.startswith(str(path)) and "; " in message and "\n" not in message and len(message) < longest
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_refused_with_file_place_and_cure(tmp_path, name):
     data, problem = FILES[name]
     path = tmp_path / "city.gml"
     path.write_bytes(data)
-    with pytest.raises(InputError, match=problem) as caught:
-        read_city(path)
-    message = str(caught.value)
-    assert message.startswith(str(path))
-    assert "; " in message
-    assert "\n" not in message
-    assert len(message) < 500
+    assert_refused(path, problem)
 
 
 def test_missing_file_and_folder_without_files_of_buildings(tmp_path):

@@ -12,7 +12,7 @@ SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
 
 
 def box(low, high):
-    """Six rectangles that face outwards; the two triangles of each stand one after the other."""
+    """Six rectangles that face outwards (roof, floor, south, north, east, west), two triangles each."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     dx, dy, dz = [x1 - x0, 0, 0], [0, y1 - y0, 0], [0, 0, z1 - z0]
     return [

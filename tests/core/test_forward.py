@@ -18,7 +18,7 @@ from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, fa
 from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.rays.ray_scene import Places, RayScene
+from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -168,7 +168,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), brdfs)
     count = 20_000
     generator = np.random.default_rng(0)
-    places = Places(generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
+    places = HitPlaces(generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
     local, _ = Lambertian(1.0).sample(np.zeros((count, 3)), generator.random((count, 2)))
     _, outwards = leave_patches(patches, places, local.T)
     photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pyproj
 import pytest
-from cities import heights_below
 from reliefs import HOUSES, hill, only, relief, tin, told, write_gml
 from scenes import suns_towards
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 from small_city import EAST, HEAD, NORTH, UP
+from test_terrain import heights_of_scene
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.terrain import measure_heights
@@ -24,21 +24,6 @@ from citypv.core.settings.request import Request
 from citypv.core.study import stand_city
 
 ORIGIN = np.array([EAST, NORTH, UP])
-
-
-def ground(scene):
-    """Triangles of the ground that face up."""
-    corners = scene.vertices[scene.triangles]
-    level = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 1e-6
-    return scene.triangles[(scene.triangle_surface < 0) & ~scene.footprint & level]
-
-
-def heights_of_scene(scene, places):
-    """Height of a scene's ground [m] at places of the files' system."""
-    angle = np.radians(scene.site.convergence)
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    local = (places - np.array(scene.site.origin[:2])) @ turn
-    return heights_below(scene.vertices, ground(scene), local) + scene.site.origin[2]
 
 
 def around(count=400, low=-25.0, high=55.0):

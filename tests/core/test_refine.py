@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import join, strip
+from test_triangulate import vectors
 
 from citypv.core.city.refine import refine_triangles
 from citypv.core.settings.errors import InputError
@@ -23,10 +24,8 @@ def test_refining_to_own_sizes_leaves_no_gap():
     size = np.full(len(scene.triangles), 100.0)
     size[[3, 4, 250, 400]] = 1.5, 6.0, 0.7, 3.0
     vertices, triangles, parent = refine_triangles(scene.vertices, scene.triangles, size)
-    corners = vertices[triangles]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    longest, _, area = measure(vertices, triangles)
     assert (longest <= 1.00001 * size[parent]).all()
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     assert np.bincount(parent, area) == pytest.approx(scene.surfaces.area)
     # The rim stays as long as it was: what has one side only is no gap between pieces.
     assert rim_length(vertices, triangles) == pytest.approx(rim_length(scene.vertices, scene.triangles))
@@ -75,7 +74,7 @@ def measure(vertices, triangles):
     """Longest edge [m], height over it [m] and area [m²] of each triangle."""
     corners = vertices[triangles]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    area = np.linalg.norm(vectors(vertices, triangles), axis=1)
     return longest, 2 * area / longest, area
 
 
@@ -107,8 +106,8 @@ def merge(vertices, triangles):
 
 
 def normals(vertices, triangles):
-    doubled = np.cross(*(vertices[triangles[:, k]] - vertices[triangles[:, 0]] for k in (1, 2)))
-    return doubled / np.linalg.norm(doubled, axis=1)[:, None]
+    size = vectors(vertices, triangles)
+    return size / np.linalg.norm(size, axis=1)[:, None]
 
 
 def test_a_disc_of_short_edges_is_refined():

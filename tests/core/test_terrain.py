@@ -10,6 +10,7 @@ import pytest
 from cities import box, heights_below, make_city
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.city.terrain import measure_heights
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_terrain import read_terrain
@@ -52,6 +53,12 @@ def ground(scene):
     corners = scene.vertices[scene.triangles]
     level = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 1e-6
     return scene.triangles[(scene.triangle_surface < 0) & ~scene.footprint & level]
+
+
+def heights_of_scene(scene, places):
+    """Height of a scene's ground [m] at places of the files' system."""
+    local = bring_to_origin(np.pad(places, ((0, 0), (0, 1))), scene.site)[:, :2]
+    return heights_below(scene.vertices, ground(scene), local) + scene.site.origin[2]
 
 
 def test_asc_has_the_heights_of_its_posts():
@@ -106,11 +113,8 @@ def test_ground_follows_the_terrain():
     x, y, heights = asc_posts()
     city = town(float(x[30, 30]), float(y[30, 30]), float(heights[30, 30]), UTM)
     scene = build_scene(city, options=SceneOptions(terrain=read_terrain(ASC, city)))
-    angle = np.radians(scene.site.convergence)
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    local = (np.column_stack([x.ravel(), y.ravel()]) - scene.site.origin[:2]) @ turn
-    found = heights_below(scene.vertices, ground(scene), local) + scene.site.origin[2]
-    distance = np.hypot(*local.T)
+    places = np.column_stack([x.ravel(), y.ravel()])
+    found, distance = heights_of_scene(scene, places), np.hypot(*(places - scene.site.origin[:2]).T)
     off = np.abs(found - heights.ravel())
     assert np.isfinite(found).sum() > 3000
     assert np.nanmax(off[distance < 400]) < 0.15 + 0.01 * 400
