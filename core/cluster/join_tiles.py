@@ -110,12 +110,22 @@ def join_records(records, plan, request, figures):
     area = np.array([sum(one["areas"].values()) for one in figures])
     found = {name: sum_known([getattr(one, name) for one in records]) for name in (*SUMS, *BY_KEY)}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
+    weight, errors = area if area.any() else np.ones(len(area)), [one.discretisation_error for one in records]
+    mean = None
+    if None not in errors:
+        mean = {key: float(np.average([one[key] or 0.0 for one in errors], weights=weight)) for key in errors[0]}
+    effects = []  # decisions for the whole, with the worst outcome of any tile
+    for effect in plan.effects:
+        told = [one["outcome"] for part in records for one in part.effects if one["key"] == effect.key]
+        left = max((one["left_out"] for one in told if one and one["left_out"] is not None), default=None)
+        holds = None if left is None or effect.bound is None else bool(left <= effect.bound)
+        effects.append(effect.as_dict() | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
     return replace(
         records[0],
         **found,
         request=request.as_dict(),
-        effects=join_effects(plan, [one.effects for one in records]),
-        discretisation_error=mean_by_key([one.discretisation_error for one in records], area),
+        effects=effects,
+        discretisation_error=mean,
         sun_sampling=join_sampling(figures),
         standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
     )
@@ -129,25 +139,6 @@ def sum_known(values):
     if not isinstance(known[0], dict):
         return sum(known)
     return {key: sum(one.get(key, 0.0) for one in known) for key in dict.fromkeys(key for one in known for key in one)}
-
-
-def mean_by_key(dicts, weight):
-    """Weighted means by key; None of None."""
-    if any(one is None for one in dicts):
-        return None
-    weight = weight if weight.any() else np.ones(len(weight))
-    return {key: float(np.average([one[key] or 0.0 for one in dicts], weights=weight)) for key in dicts[0]}
-
-
-def join_effects(plan, effects):
-    """Decisions for the whole, with the worst outcome of any tile: list of dict."""
-    found = []
-    for effect in plan.effects:
-        outcomes = [one["outcome"] for tile in effects for one in tile if one["key"] == effect.key and one["outcome"]]
-        left = max((one["left_out"] for one in outcomes if one["left_out"] is not None), default=None)
-        holds = None if left is None or effect.bound is None else bool(left <= effect.bound)
-        found.append(effect.as_dict() | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
-    return found
 
 
 def join_sampling(figures):

@@ -12,7 +12,7 @@ import shutil
 import signal
 import socket
 import sys
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,9 @@ HOW_TO_START = "start `dask scheduler` there, and `dask worker` on each machine,
 PATIENCE = 10  # [s] for a cluster to answer
 LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
+LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
+SILENT = f"does not answer within {PATIENCE} s", HOW_TO_START
+FOREIGN = "answers, but is no Dask scheduler", "give the scheduler's port (8786), not its page's"
 DEATHS = 3  # of workers under one task, after which it is given up
 
 
@@ -70,46 +73,20 @@ def check_cluster(word):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if kind == "address":
         protocol, _, place = word.partition("://")
-        host, _, port = place.rpartition(":")
+        (host, _, port), start = place.rpartition(":"), b""
         try:
             with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
-                if protocol == "tcp":
-                    check_greeting(word, connection)
+                # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
+                # ever for one that is silent, and goes on trying where another protocol is spoken.
+                while protocol == "tcp" and len(start) < 8:
+                    more = connection.recv(8 - len(start))
+                    if not more:
+                        raise ConnectionError("closed before it greets")
+                    start += more
         except (OSError, OverflowError) as error:
-            raise silence_of(word) from error
-
-
-def check_greeting(word, connection):
-    """Refuse what does not greet like a scheduler: its first message, of some dozen bytes, begins with its length.
-
-    Dask's client would wait for ever for one that is silent, and goes on trying where another protocol is spoken.
-
-    Raises
-    ------
-    InputError
-        Another protocol.
-    OSError
-        Nothing is said.
-    """
-    start = b""
-    while len(start) < 8:
-        more = connection.recv(8 - len(start))
-        if not more:
-            raise ConnectionError("closed before it greets")
-        start += more
-    if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
-        raise foreign_program(word)
-
-
-def silence_of(word):
-    """The error of a cluster that does not answer."""
-    return InputError(f"--cluster {word}", f"does not answer within {PATIENCE} s", HOW_TO_START)
-
-
-def foreign_program(word):
-    """The error of a port where another program listens."""
-    problem = "answers, but is no Dask scheduler"
-    return InputError(f"--cluster {word}", problem, "give the scheduler's port (8786), not its page's")
+            raise InputError(f"--cluster {word}", *SILENT) from error
+        if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+            raise InputError(f"--cluster {word}", *FOREIGN)
 
 
 @contextmanager
@@ -144,26 +121,18 @@ def open_workers(word, dashboard=":0"):
         "distributed.worker.multiprocessing-method": "spawn",
         "distributed.logging.distributed": "error",
     }
-    with dask.config.set(settings), quiet_loggers():
+    # A worker that is replaced is told by our own lines.
+    loggers = [logging.getLogger(name) for name in LOGGERS]
+    levels = [one.level for one in loggers]
+    with dask.config.set(settings), ExitStack() as stack:
+        for one, level in zip(loggers, levels, strict=True):
+            stack.callback(one.setLevel, level)
+            one.setLevel(logging.CRITICAL)
         opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
         with opened as client:
             count = len(client.nthreads())
             page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
             yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}")
-
-
-@contextmanager
-def quiet_loggers():
-    """Lets Dask report nothing but errors: a worker that is replaced is told by our own lines."""
-    names = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
-    before = {name: logging.getLogger(name).level for name in names}
-    for name in names:
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        for name, level in before.items():
-            logging.getLogger(name).setLevel(level)
 
 
 @contextmanager
@@ -193,9 +162,9 @@ def open_remote(address):
     try:
         client = Client(address, timeout=PATIENCE)
     except (OSError, TimeoutError, ValueError) as error:
-        raise silence_of(address) from error
+        raise InputError(f"--cluster {address}", *SILENT) from error
     except (MemoryError, RuntimeError, TypeError) as error:  # what answers speaks another protocol
-        raise foreign_program(address) from error
+        raise InputError(f"--cluster {address}", *FOREIGN) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)

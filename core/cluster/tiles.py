@@ -256,7 +256,19 @@ def take_part(scene, pieces, tile):
         halo=around[kept],
         trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
-    return replace(part, **take_optional(scene, kept, place, rows)), rows, complete
+    # What not every scene has.
+    if scene.sheet is not None:
+        part.sheet = scene.sheet[kept]
+    if scene.back_of is not None:
+        triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
+        triangle[kept] = np.arange(len(kept), dtype=np.int32)
+        part.back_of = triangle[scene.back_of[kept]]
+    if scene.rack_of_back is not None:
+        part.rack_of_back = place[scene.rack_of_back[kept]]
+    if scene.racks is not None:
+        first = count - len(scene.racks)
+        part.racks = scene.racks[rows[rows >= first] - first]
+    return part, rows, complete
 
 
 def number_corners(triangles, count):
@@ -264,23 +276,6 @@ def number_corners(triangles, count):
     used = np.zeros(count, bool)
     used[triangles.ravel()] = True
     return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[triangles]
-
-
-def take_optional(scene, kept, place, rows):
-    """Fields that not every scene has: sheets with their backs, and racks."""
-    found = {}
-    if scene.sheet is not None:
-        found["sheet"] = scene.sheet[kept]
-    if scene.back_of is not None:
-        triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
-        triangle[kept] = np.arange(len(kept), dtype=np.int32)
-        found["back_of"] = triangle[scene.back_of[kept]]
-    if scene.rack_of_back is not None:
-        found["rack_of_back"] = place[scene.rack_of_back[kept]]
-    if scene.racks is not None:
-        first = len(scene.surfaces) - len(scene.racks)
-        found["racks"] = scene.racks[rows[rows >= first] - first]
-    return found
 
 
 def take_crowns(crowns, chosen):

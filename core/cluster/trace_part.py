@@ -154,23 +154,18 @@ def measure_halo(prepared, seed, part, city):
     origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))
     origins, directions = origins[:, 0], directions[:, 0]
     hit = prepared.plan.ray_scene.trace_closest(origins, directions)
-    beyond = leaves_inside(origins, directions, part.inner, city) & (hit < 0)
+    # Rays that are still above the city where they leave the box.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steps = (np.where(directions[:, :2] > 0, part.inner[1], part.inner[0]) - origins[:, :2]) / directions[:, :2]
+        steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
+        places = origins[:, :2] + steps[:, None] * directions[:, :2]
+    beyond = ((places > city[0]) & (places < city[1])).all(axis=1) & (hit < 0)
     slope = directions[:, 2] / np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
     far = (hit >= 0) & (scene.halo[hit] == FAR)
     return {
         "sky": float(np.mean(beyond & (slope > 0) & (slope <= RISE))),
         "reflected": float(np.mean(far | (beyond & (slope <= 0)))),
     }
-
-
-def leaves_inside(origins, directions, inner, city):
-    """Whether rays are still above the city where they leave a box around their origins: (m,) bool."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        edges = np.where(directions[:, :2] > 0, inner[1], inner[0])
-        steps = (edges - origins[:, :2]) / directions[:, :2]
-        steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
-        places = origins[:, :2] + steps[:, None] * directions[:, :2]
-    return ((places > city[0]) & (places < city[1])).all(axis=1)
 
 
 def bound_hours(shares, albedo, weather, sky, irradiation):

@@ -61,8 +61,14 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         If the Transfer or the weather is invalid.
     """
     if transfer.bare is not None:
+        # Trees carry leaves in some months and not in the others.
         check_hours(weather)
-        return compute_seasons(transfer, weather, (system, threads, progress), series=series, sky=sky)
+        seasons, sunny = [], []
+        for state, own in states_of_year(transfer, weather.data.index, weather.interval):
+            year = darken_hours(weather, ~own)
+            seasons.append(compute_energy(state, year, system, threads, progress, series=series, sky=sky))
+            sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))
+        return join_seasons(*seasons, sunny[0] / max(sum(sunny), 1.0))
     check_transfer(transfer)
     check_hours(weather)
     check_sky(transfer, sky)
@@ -105,29 +111,6 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         sky=sky,
         series=compute_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
-
-
-def compute_seasons(transfer, weather, settings, **details):
-    """Energy of a year in which trees carry leaves in some months and not in the others.
-
-    Parameters
-    ----------
-    transfer : Transfer
-        In leaf, with its `leaf_months` and, in `bare`, the light without leaves.
-    weather : Weather
-    settings : tuple
-        Further positional arguments of `compute_energy`; `details` are its keywords.
-
-    Returns
-    -------
-    Energy
-    """
-    parts, sunny = [], []
-    for state, own in states_of_year(transfer, weather.data.index, weather.interval):
-        year = darken_hours(weather, ~own)
-        parts.append(compute_energy(state, year, *settings, **details))
-        sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))
-    return join_seasons(*parts, sunny[0] / max(sum(sunny), 1.0))
 
 
 @dataclass

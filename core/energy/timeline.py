@@ -161,28 +161,14 @@ def relative_direct(transfer, times, interval, latitude, longitude):
     for state, own in states_of_year(transfer, times, interval):
         rows = np.flatnonzero(lit & own)
         match = match_suns(state.suns, times, interval, latitude, longitude, position=sun)
-        relative[rows] = light_of_state(state, direction[rows], match.index[rows], match.weight[rows])
+        towards, index, weight = direction[rows], match.index[rows], match.weight[rows]
+        neighbours, height = order_neighbours(state.suns), np.maximum(towards[:, 2:], 0.0)
+        reach = largest_mismatch(state.suns, towards, index, weight)
+        for first in range(0, relative.shape[1], BLOCK):
+            part = slice(first, first + BLOCK)
+            # Direct sunlight, all its reflections but those of the open ground, and light by way of the open ground.
+            light = values_at(filled_share(state, part, neighbours, reach), index, weight)
+            light *= np.maximum(towards @ state.surfaces.normal[part].T, 0)
+            light += values_at(np.asarray(state.direct_reflected[part]).T, index, weight)
+            relative[rows, part] = light + height * (state.far_ground_view_factor[part] * state.ground_albedo)
     return relative, direction
-
-
-def light_of_state(transfer, direction, index, weight):
-    """Direct sunlight, light by way of the open ground, and all other reflections of sunlight per DNI: (t, n) float32.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    direction : numpy.ndarray, (t, 3)
-        Towards the sun.
-    index, weight : numpy.ndarray, (t, k)
-        As of `SunMatch`.
-    """
-    suns, surfaces = transfer.suns, transfer.surfaces
-    neighbours, found = order_neighbours(suns), np.empty((len(direction), len(surfaces)), np.float32)
-    reach, height = largest_mismatch(suns, direction, index, weight), np.maximum(direction[:, 2:], 0.0)
-    for first in range(0, len(surfaces), BLOCK):
-        rows = slice(first, first + BLOCK)
-        visible = filled_share(transfer, rows, neighbours, reach)
-        part = values_at(visible, index, weight) * np.maximum(direction @ surfaces.normal[rows].T, 0)
-        part += values_at(np.asarray(transfer.direct_reflected[rows]).T, index, weight)
-        found[:, rows] = part + height * (transfer.far_ground_view_factor[rows] * transfer.ground_albedo)
-    return found

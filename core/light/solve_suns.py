@@ -32,6 +32,7 @@ from .sun_visibility import SunWatch, projection_in_front, sun_visibility
 from .transfer import variance_of_mean
 
 CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
+COUNTING = "number of reflections"  # stage
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
 
@@ -93,14 +94,14 @@ def prepare_suns(context, traced, suns):
     return SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
 
 
-def look_at_block(context, task, block):
-    """Which points see the suns of a block: Shadows."""
+def look_at_block(context, task, block, report):
+    """Which points see the suns of a block: Shadows; `report(share, rays)` is told of its rays."""
     if block.start in task.looked:
         return task.looked.pop(block.start)
     part = block_of_suns(task.suns, block)
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
-    found = sun_visibility(task.watch, few, block.start, task.progress.report_rays)
+    found = sun_visibility(task.watch, few, block.start, report)
     return found if lit.all() else found.among(lit)
 
 
@@ -115,10 +116,15 @@ def light_of_first_days(context, traced, task):
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
     ends = end_of_days(task.suns)
     last = ends[ends <= FIRST_SUNS].max(initial=0) or min(FIRST_SUNS, len(task.suns))
+
+    def report(share, rays):
+        task.progress.rays = task.progress.rays_before + rays
+        context.progress(COUNTING, min(block.start + share * (block.stop - block.start), last), last, "suns")
+
     for block in task.blocks:
         if block.start < last:
-            task.progress.begin(block)
-            found = task.looked[block.start] = look_at_block(context, task, block)
+            task.progress.rays_before = task.progress.rays
+            found = task.looked[block.start] = look_at_block(context, task, block, report)
             directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
             height = np.maximum(directions[:, 2], 0)
@@ -195,7 +201,7 @@ def solve_block(context, traced, task, block, *, found, specular):
     """Trace one block of suns, a slice, and add it to SunLight."""
     annual, part = found.annual, block_of_suns(task.suns, block)
     task.progress.begin(block)
-    shadows = look_at_block(context, task, block)
+    shadows = look_at_block(context, task, block, task.progress.report_rays)
     height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
     far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
     visible_share, to_surface, threads = shadows.visible_share, context.patch_to_surface, context.threads

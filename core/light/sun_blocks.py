@@ -77,14 +77,14 @@ class SunProgress:
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
-        self.rays_before = self.rays = self.furthest = 0
+        self.rays_before = self.rays = 0
         self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
         """Start a block of suns, given as a slice."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.rays_done = self.started
-        if block.start == 0 and not self.rays:
+        if block.start == 0:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def report_rays(self, share, rays):
@@ -105,8 +105,7 @@ class SunProgress:
         self._report(1.0)
 
     def _report(self, share):
-        # Blocks that tell the number of reflections are looked at first and reflected afterwards.
-        suns = self.furthest = max(self.furthest, self.block.start + share * (self.block.stop - self.block.start))
+        suns = self.block.start + share * (self.block.stop - self.block.start)
         if self.rays:
             self.progress(
                 SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"

@@ -67,28 +67,11 @@ class KeptError(io.RawIOBase):
     """An open file that keeps the first error of writing, and from then on drops what is written."""
 
     def __init__(self, raw):
-        self._raw, self.error, self._place = raw, None, 0
-
-    def readable(self):
-        """Return True."""
-        return True
-
-    def writable(self):
-        """Return True."""
-        return True
-
-    def seekable(self):
-        """Return True."""
-        return True
+        self._raw, self.error = raw, None
 
     def seek(self, offset, whence=io.SEEK_SET):
         """Move to a place."""
-        self._place = self._raw.seek(offset, whence)
-        return self._place
-
-    def tell(self):
-        """Return the place in the file."""
-        return self._raw.tell()
+        return self._raw.seek(offset, whence)
 
     def readinto(self, buffer):
         """Read; zeros where the file could not be written."""
@@ -116,6 +99,3 @@ class KeptError(io.RawIOBase):
             except OSError as error:
                 self.error = error
         return size
-
-    def flush(self):
-        """Nothing is held back."""

@@ -8,26 +8,9 @@ from pathlib import Path
 
 from ..settings.errors import InputError
 
-NAMES = (
-    "faces.csv",
-    "groups.csv",
-    "buildings.csv",
-    "series.csv",
-    "timeseries.nc",
-    "transfer.nc",
-    "world.nc",
-    "world_map.png",
-    "world_gain.png",
-    "world_months.png",
-    "world_day.png",
-    "city.city.json",
-    "city.glb",
-    "city.gpkg",
-    "city.blend",
-    "preview.png",
-    "report.html",
-    "summary.json",
-)
+NAMES = ("faces.csv", "groups.csv", "buildings.csv", "series.csv", "timeseries.nc", "transfer.nc", "world.nc")
+NAMES += ("world_map.png", "world_gain.png", "world_months.png", "world_day.png")
+NAMES += ("city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
 LOCK = ".lock"
 
 
@@ -102,28 +85,23 @@ def lock_folder(work, folder):
     """
     busy = InputError(folder, "another run is writing to it", "wait for it to end, or choose another --out")
     with (work / LOCK).open("a") as file:
-        if not lock_file(file) or not (work / LOCK).exists():  # whoever had it has just finished
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise busy from error
+        if not (work / LOCK).exists():  # whoever had it has just finished
             raise busy
         for entry in work.iterdir():
             if entry.name != LOCK:
                 shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
         yield
-
-
-def lock_file(file):
-    """Lock an open file until it is closed or the process ends; False if another process has locked it."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
 
 
 def move_results(work, folder):

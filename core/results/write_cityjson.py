@@ -127,31 +127,26 @@ def describe_geometry(city, polygons, index, described):
         ]
         for polygon in polygons
     ]
-    surfaces = [describe_surface(polygon, *described) for polygon in polygons]
+    surfaces, types, (columns, by_month, eligible) = described
+    semantics = []
+    for polygon in polygons:
+        one = {
+            "type": types[polygon],
+            "id": surfaces.surface_id[polygon],
+            PREFIX + "kind": str(surfaces.kind[polygon]),
+            PREFIX + "orientation": str(surfaces.orientation[polygon]),
+            PREFIX + "eligible": bool(eligible[polygon]),
+        }
+        one |= {PREFIX + name: short(row[polygon]) for name, row in columns.items() if np.isfinite(row[polygon])}
+        if np.isfinite(by_month[polygon]).all():
+            one[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month[polygon]]
+        semantics.append(one)
     return {
         "type": "MultiSurface",
         "lod": level_of(city, polygons[0]),
         "boundaries": boundaries,
-        "semantics": {"surfaces": surfaces, "values": list(range(len(surfaces)))},
+        "semantics": {"surfaces": semantics, "values": list(range(len(semantics)))},
     }
-
-
-def describe_surface(polygon, surfaces, types, tables):
-    """The semantic surface of one polygon."""
-    columns, by_month, eligible = tables
-    described = {
-        "type": types[polygon],
-        "id": surfaces.surface_id[polygon],
-        PREFIX + "kind": str(surfaces.kind[polygon]),
-        PREFIX + "orientation": str(surfaces.orientation[polygon]),
-        PREFIX + "eligible": bool(eligible[polygon]),
-    }
-    for name, values in columns.items():
-        if np.isfinite(values[polygon]):
-            described[PREFIX + name] = short(values[polygon])
-    if np.isfinite(by_month[polygon]).all():
-        described[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month[polygon]]
-    return described
 
 
 def describe_building(rows, transfer, energy, system):

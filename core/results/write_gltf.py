@@ -50,13 +50,14 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
     names, node = group_triangles(scene)
     order = np.argsort(node, kind="stable")
-    corners = np.asarray(scene.vertices, float)[scene.triangles[order]]
+    # From x east, y north, z up to x east, y up, z south.
+    corners = np.asarray(scene.vertices, float)[scene.triangles[order]][:, :, [0, 2, 1]] * [1.0, 1.0, -1.0]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     colours = colour_triangles(hours[order], surface[order] < 0, low, high)
     parts = (
-        to_gltf_axes(corners.reshape(-1, 3)).astype("<f4"),
-        np.repeat(to_gltf_axes(normal), 3, axis=0).astype("<f4"),
+        corners.reshape(-1, 3).astype("<f4"),
+        np.repeat(normal, 3, axis=0).astype("<f4"),
         np.repeat(np.round(colours * 65535), 3, axis=0).astype("<u2"),
     )
     progress(STAGE, 1, 3, "steps")
@@ -105,11 +106,6 @@ def colour_triangles(hours, ground, low, high):
     colours[known, :3] = mix_stops(stops, np.clip((hours[known] - low) / (high - low), 0, 1))
     colours[ground, :3] = linear_light(srgb_colour(GROUND))
     return colours
-
-
-def to_gltf_axes(points):
-    """From x east, y north, z up to x east, y up, z south."""
-    return points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
 
 
 def describe_scene(parts, triangles, names):

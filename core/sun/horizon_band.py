@@ -140,9 +140,7 @@ class HorizonBand:
         normal = np.asarray(normal, float)
         if terrain is None or not len(normal):
             return np.ones(len(normal))
-        unique, which = np.unique(np.round(normal, 6) + 0.0, axis=0, return_inverse=True)
-        starts = range(0, len(unique), CHUNK)
-        return np.concatenate([share_above(unique[first : first + CHUNK], terrain) for first in starts])[which.ravel()]
+        return by_normal(lambda some: share_above(some, terrain), normal, 6)
 
 
 HORIZON = HorizonBand()
@@ -165,6 +163,13 @@ def visible_height(slope, cosine):
         return np.full(np.broadcast(slope, cosine).shape, HEIGHT, np.float32)
     plane = np.arctan(np.divide(cosine, slope, out=np.ones(np.broadcast(slope, cosine).shape), where=leaning))
     return np.where(leaning, np.minimum(plane, HEIGHT), HEIGHT).astype(np.float32)
+
+
+def by_normal(function, normal, decimals):
+    """Values of a function of normals, (n, 3), found once for each of those that differ: (n,)."""
+    unique, which = np.unique(np.round(normal, decimals) + 0.0, axis=0, return_inverse=True)
+    found = [function(unique[first : first + CHUNK]) for first in range(0, len(unique), CHUNK)]
+    return np.concatenate([*found, np.zeros(0)])[which.ravel()]
 
 
 def share_above(normal, terrain):

@@ -116,40 +116,24 @@ def distance_to_end(point, triangles):
     (STEPS,) float64 [m]
         0 where there is none.
     """
-    furthest = np.zeros(STEPS)
+    furthest, angle = np.zeros(STEPS), 2 * np.pi / STEPS
     for first in range(0, len(triangles), AT_ONCE):
         corners = triangles[first : first + AT_ONCE] - point
-        ends = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
-        step, distance = cross_edges(*ends)
+        start, end = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
+        # Lines of sight that cross each edge.
+        one = np.arctan2(start[:, 0], start[:, 1])
+        turn = np.arctan2(end[:, 0], end[:, 1]) - one
+        turn -= 2 * np.pi * np.rint(turn / (2 * np.pi))  # the way round that the edge takes
+        low = np.ceil((one + np.minimum(turn, 0)) / angle).astype(int)
+        count = np.maximum(np.floor((one + np.maximum(turn, 0)) / angle).astype(int) - low + 1, 0)
+        edge = np.repeat(np.arange(len(one)), count)
+        step = low[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        ahead, along = np.stack([np.sin(step * angle), np.cos(step * angle)]), (end - start)[edge].T
+        across = ahead[0] * along[1] - ahead[1] * along[0]
+        offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
+        distance = np.divide(offset, across, out=np.zeros(len(edge)), where=across != 0)
         np.maximum.at(furthest, step % STEPS, distance)
     return furthest
-
-
-def cross_edges(start, end):
-    """Where lines of sight from the origin cross some edges.
-
-    Parameters
-    ----------
-    start, end : (e, 2) float64 [m]
-
-    Returns
-    -------
-    step : (c,) int
-        Azimuth of each crossing in steps of a horizon.
-    distance : (c,) float64 [m]
-    """
-    angle = 2 * np.pi / STEPS
-    one = np.arctan2(start[:, 0], start[:, 1])
-    turn = np.arctan2(end[:, 0], end[:, 1]) - one
-    turn -= 2 * np.pi * np.rint(turn / (2 * np.pi))  # the way round that the edge takes
-    first = np.ceil((one + np.minimum(turn, 0)) / angle).astype(int)
-    count = np.maximum(np.floor((one + np.maximum(turn, 0)) / angle).astype(int) - first + 1, 0)
-    edge = np.repeat(np.arange(len(one)), count)
-    step = first[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    ahead, along = np.stack([np.sin(step * angle), np.cos(step * angle)]), (end - start)[edge].T
-    across = ahead[0] * along[1] - ahead[1] * along[0]
-    offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
-    return step, np.divide(offset, across, out=np.zeros(len(edge)), where=across != 0)
 
 
 def read_horizon_table(path):

@@ -92,7 +92,14 @@ def progressive_order(suns):
     """
     if not len(suns):
         return suns
-    order = order_sky(suns.direction) if suns.day[0] < 0 else order_days(suns)
+    if suns.day[0] < 0:  # a walk through equal areas of the sky
+        count = WALK_SKY * len(suns)
+        height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
+        radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
+        walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
+        order = order_of_visits(KDTree(suns.direction).query(walk)[1], len(suns))
+    else:
+        order = order_days(suns)
     return replace(suns, **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")})
 
 
@@ -110,15 +117,6 @@ def order_days(suns):
     rank = np.empty(len(line), int)
     rank[line[order_of_visits(visited, len(line))]] = np.arange(len(line))
     return np.argsort(rank[number], kind="stable")
-
-
-def order_sky(direction):
-    """Order of directions in which a walk through equal areas of the sky visits them: (s,) int."""
-    count = WALK_SKY * len(direction)
-    height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
-    radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
-    walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
-    return order_of_visits(KDTree(direction).query(walk)[1], len(direction))
 
 
 def order_of_visits(visited, count):

@@ -13,10 +13,9 @@ import pandas as pd
 
 from ..settings.errors import UNIT, check_array
 from .horizon import TerrainHorizon, is_above
-from .horizon_band import SOURCES
+from .horizon_band import SOURCES, by_normal
 from .solar_position import is_sunny, solar_position, sun_direction
 
-CHUNK = 512  # normals at a time
 HOUR = pd.Timedelta(hours=1)
 ROOT = np.sqrt(0.5)
 SIDES = ((0, 1), (1, 0), (0, -1), (-1, 0))
@@ -44,32 +43,26 @@ def lost_sky(normal, horizon):
         What (1 + cos tilt)/2 loses, and the view of the ground gains.
     """
     normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
-    unique, which = np.unique(np.round(normal, 9) + 0.0, axis=0, return_inverse=True)
     turn, height = np.radians(horizon.azimuth), np.radians(horizon.elevation)
-    lost = [lose_some(unique[first : first + CHUNK], turn, height) for first in range(0, len(unique), CHUNK)]
-    return np.concatenate([*lost, np.zeros(0)])[which.ravel()]
+
+    def lose(normal):
+        along = normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn)  # (n, STEPS)
+        up = np.broadcast_to(normal[:, 2:], along.shape)
+        # Where the surface's own plane rises or falls across the sky, it is the limit.
+        plane = np.arctan2(np.abs(along), np.abs(up))
+        low = np.where((along < 0) & (up > 0), plane, 0.0)
+        high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
+        faces = (high > low) & ((along > 0) | (up > 0))
+        share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
+        share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
+        return np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
+
+    return by_normal(lose, normal, 9)
 
 
-def lose_some(normal, turn, height):
-    """`lost_sky` of some normals, for azimuths and elevations in radians."""
-    along = normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn)  # (n, STEPS)
-    up = np.broadcast_to(normal[:, 2:], along.shape)
-    # Where the surface's own plane rises or falls across the sky, it is the limit.
-    plane = np.arctan2(np.abs(along), np.abs(up))
-    low = np.where((along < 0) & (up > 0), plane, 0.0)
-    high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
-    faces = (high > low) & ((along > 0) | (up > 0))
-
-    def integral(angle):
-        return along * (angle / 2 + np.sin(2 * angle) / 4) + up * np.sin(angle) ** 2 / 2
-
-    share = np.where(faces, integral(high) - integral(low), 0.0)
-    return np.maximum(share, 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
-
-
-def suns_of_year(latitude, longitude, year=2021):
+def suns_of_year(latitude, longitude):
     """Directions to the sun in the hours of a year in which it stands above 2°: (s, 3) float64."""
-    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq="h", tz="UTC", inclusive="left")
+    times = pd.date_range("2021-01-01", "2022-01-01", freq="h", tz="UTC", inclusive="left")
     sun = solar_position(times, HOUR, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     return sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])

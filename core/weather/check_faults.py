@@ -8,7 +8,7 @@ import pandas as pd
 import pvlib
 
 from ..settings.errors import InputError
-from ..sun.plausible_years import clear_irradiance
+from ..sun.sky_models import clear_irradiance
 
 DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pvlib
 
 from ..settings.errors import InputError
-from ..sun.plausible_years import clear_irradiance
+from ..sun.sky_models import clear_irradiance
 from ..sun.solar_position import is_sunny, solar_position
 from .climate_grid import look_up_normals
 from .draw_clearness import draw_days, draw_hours, draw_normals, rank_days, scale_to_sums

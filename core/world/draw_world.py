@@ -33,22 +33,20 @@ DAY_GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "f
 FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
 
 
-def draw_world_months(dataset, environment=None):
-    """Draw full load hours by month and latitude: facades and roofs, facing east and south.
+def draw_world_months(dataset):
+    """Draw full load hours by month and latitude in the first traced environment: facades and roofs, east and south.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         world.nc.
-    environment : str, optional
-        By default the first that was traced.
 
     Returns
     -------
     matplotlib.figure.Figure or None
         None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
     """
-    environment = environment or choose_environment(dataset, unshaded=False)
+    environment = choose_environment(dataset, unshaded=False)
     values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
     east = (values["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
     values = values.isel(longitude=int(np.abs(east).argmin()))

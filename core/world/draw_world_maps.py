@@ -35,12 +35,6 @@ def choose_environment(dataset, *, unshaded):
     return (wanted or names)[0]
 
 
-def choose_group(dataset, group, environment):
-    """The group asked for, or the first one that an environment has."""
-    names = own_groups(dataset["full_load_hours"], environment)
-    return group if group in names or not names else names[0]
-
-
 def own_groups(values, environment):
     """Groups of which an environment has values anywhere: list of str."""
     known = np.isfinite(values.sel(environment=environment)).any([name for name in PLACES if name in values.dims])
@@ -175,16 +169,15 @@ def describe_source(dataset, width=10.0):
     return words if width >= WIDE else fill(words, int(15 * width))
 
 
-def draw_world_map(dataset, group=MAP_GROUP, environment=None):
-    """Draw full load hours of one group in one environment.
+def draw_world_map(dataset):
+    """Draw full load hours of one group, south facades if there are any, in one environment.
+
+    It is the unshaded one, as in the paper, else the first.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         world.nc.
-    group : str
-    environment : str, optional
-        By default the unshaded one, as in the paper, else the first.
 
     Returns
     -------
@@ -193,8 +186,9 @@ def draw_world_map(dataset, group=MAP_GROUP, environment=None):
     """
     if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
         return None
-    environment = environment or choose_environment(dataset, unshaded=True)
-    group = choose_group(dataset, group, environment)
+    environment = choose_environment(dataset, unshaded=True)
+    names = own_groups(dataset["full_load_hours"], environment)
+    group = MAP_GROUP if MAP_GROUP in names or not names else names[0]
     values = dataset["full_load_hours"].sel(environment=environment, group=group)
     width = min(WIDE, max(3.8, 3.7 * shape_of_map(values) + 1.8))  # [inch]
     figure = make_figure(width, 4.5)
@@ -220,12 +214,6 @@ def find_gain(dataset):
     return 100 * (dataset["full_load_hours"] / plain.where(plain > 0) - 1)
 
 
-def mean_gain(dataset):
-    """Increase of the mean hours along each parallel [%]: latitude × environment × group."""
-    mean = dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude")
-    return find_gain(mean)
-
-
 def draw_world_gain(dataset):
     """Draw the gain of each environment by latitude, and the map of the unshaded one.
 
@@ -245,7 +233,8 @@ def draw_world_gain(dataset):
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
-    gain = mean_gain(dataset)
+    # Increase of the mean hours along each parallel.
+    gain = find_gain(dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude"))
     groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
     for number, name in enumerate(gain["environment"].to_numpy()):
         for group, style in zip(groups, STYLES, strict=False):
@@ -258,7 +247,8 @@ def draw_world_gain(dataset):
     profile.set_title("Facades")
     profile.legend(fontsize=8, loc="best")
     environment = choose_environment(dataset, unshaded=True)
-    group = choose_group(dataset, GAIN_GROUPS[0], environment)
+    names = own_groups(dataset["full_load_hours"], environment)
+    group = MAP_GROUP if MAP_GROUP in names or not names else names[0]
     values = find_gain(dataset).sel(environment=environment, group=group)
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))

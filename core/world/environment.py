@@ -169,7 +169,7 @@ def unshaded_transfer(ground_albedo=0.25):
     )
 
 
-def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
+def read_environments(texts, system, sky="isotropic"):
     """Environments from the command line's arguments.
 
     Parameters
@@ -180,8 +180,6 @@ def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
     system : PvSystem
     sky : {"isotropic", "perez", "auto"}
         Model of the sky; "auto": the one that all were traced for.
-    ground_albedo : float
-        Of the unshaded environment.
 
     Returns
     -------
@@ -197,7 +195,7 @@ def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
     for text in texts:
         name, path = split_name(text)
         if path == UNSHADED:
-            transfers.append((name, "closed form", unshaded_transfer(ground_albedo)))
+            transfers.append((name, "closed form", unshaded_transfer()))
         else:
             file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
             if not file.exists():

@@ -149,27 +149,13 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     growth = np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2  # a month's suns are fewer than the year's
     fewer = growth * (errors.own[0] + variance_of_mean(errors.direct_passed_on))
     gain = np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1
-    reflected = common[0] + own_of_gain(errors.split, direct[0], diffuse[0], gain) + (gain * suns[0]) ** 2
-    return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
-
-
-def own_of_gain(split, direct, diffuse, gain):
-    """Variance of hours with reflections minus (1 + gain) times those without, by the surfaces' own rays: (g,) [h²].
-
-    What is seen of sky and sun counts in both, so that its noise is multiplied by the gain only.
-
-    Parameters
-    ----------
-    split : numpy.ndarray, (7, g)
-        Of `sum_split`.
-    direct, diffuse : numpy.ndarray, (g,)
-        [h] per relative irradiance.
-    gain : numpy.ndarray, (g,)
-    """
-    reflected, points, square, linear, whole, cross, together = split
+    # The surfaces' own rays: what is seen of sky and sun counts in both, so its noise is multiplied by the gain only.
+    reflected, points, square, linear, whole, cross, together = errors.split
     sky = square + 2 * gain * linear + gain**2 * whole  # (m + gain)² / (1 - m)² of the own variance
-    variance = diffuse**2 * sky + direct**2 * (reflected + gain**2 * points)
-    return np.maximum(variance - 2 * direct * diffuse * (cross + gain * together), PROPORTION**2 * variance)
+    alone = diffuse[0] ** 2 * sky + direct[0] ** 2 * (reflected + gain**2 * points)
+    split = np.maximum(alone - 2 * direct[0] * diffuse[0] * (cross + gain * together), PROPORTION**2 * alone)
+    reflected = common[0] + split + (gain * suns[0]) ** 2
+    return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
 
 
 def sum_light(errors, hours, sunlight):
@@ -256,6 +242,9 @@ def add_mix(world, weights):
         return np.concatenate([values, np.einsum("e,pe...->p...", share, values[:, members])[:, None]], axis=1)
 
     whole = (world.group_count[members] > 0).all(axis=0)
+    plain = world.without_reflections[..., 0].astype(float)
+    hours, plain = join_errors(world.gain_error * plain, share, members)[:, -1:], mean(plain)[:, -1:]
+    gain = np.divide(hours, plain, out=np.full_like(plain, np.nan), where=plain > 0).astype(np.float32)
     return replace(
         world,
         environments=[*world.environments, NAME],
@@ -264,7 +253,7 @@ def add_mix(world, weights):
         group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
         full_load_hours=mean(world.full_load_hours).astype(np.float32),
         standard_error=join_errors(world.standard_error, share, members),
-        gain_error=join_gains(world, share, members),
+        gain_error=np.concatenate([world.gain_error, gain], axis=1),
         without_reflections=mean(world.without_reflections).astype(np.float32),
     )
 
@@ -273,12 +262,3 @@ def join_errors(values, share, members):
     """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g, …)."""
     mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
     return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)
-
-
-def join_gains(world, share, members):
-    """Standard errors of the gain by reflections, with that of a mix: (p, e + 1, g)."""
-    plain = world.without_reflections[..., 0].astype(float)
-    whole = np.einsum("e,peg->pg", share, plain[:, members])
-    hours = join_errors(world.gain_error * plain, share, members)[:, -1]
-    mix = np.divide(hours, whole, out=np.full_like(whole, np.nan), where=whole > 0)
-    return np.concatenate([world.gain_error, mix[:, None].astype(np.float32)], axis=1)

@@ -108,7 +108,12 @@ def merge_block(block, weight, pieces, direction):
     def mean(values):
         return mean_of_pieces(values, weight, pieces)
 
-    seen = [seen_by_piece(block, weight, rows, direction) for rows in pieces]
+    seen = []  # visible shares that give the mean direct light
+    for rows in pieces:
+        share, visible, normal = weight[rows] / weight[rows].sum(), block.visible_share[:, rows], block.normal[:, rows]
+        projection = np.maximum(direction @ (normal @ share), 0.0)
+        exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(projection, GRAZING)
+        seen.append(np.where(projection > GRAZING, exact, visible @ share))
     return replace(
         block,
         normal=mean(block.normal).astype(SINGLE),
@@ -122,13 +127,3 @@ def merge_block(block, weight, pieces, direction):
         visible_share=np.stack(seen, axis=1).astype(SINGLE),
         group_weight=np.zeros((len(pieces), 0), SINGLE),
     )
-
-
-def seen_by_piece(block, weight, rows, direction):
-    """Visible share of a merged surface that gives the mean direct light of its parts: (s,)."""
-    share = weight[rows] / weight[rows].sum()
-    visible = block.visible_share[:, rows]
-    cosine = np.maximum(direction @ block.normal[:, rows], 0.0)
-    mean = np.maximum(direction @ (block.normal[:, rows] @ share), 0.0)
-    exact = ((visible * cosine) @ share) / np.maximum(mean, GRAZING)
-    return np.where(mean > GRAZING, exact, visible @ share)

@@ -153,17 +153,13 @@ def match_shifted(sky, hours, weather):
     later = weather.longitude / DEGREES_PER_HOUR / step
     middle = int(np.floor(later + 0.5))
     nodes = (hours.interval[:, None] + middle + np.array([-1, 0, 1])) % len(direction)  # (h, 3)
-    share = parabola(later - middle)
+    place = later - middle  # between -0.5 and 0.5
+    share = np.array([place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2])  # parabola through -1, 0 and 1
     suns = direction[nodes]
     used = share * weight[nodes].any(axis=2)  # suns that are too low have no light
     level = hours.dni * (used * np.maximum(suns[:, :, 2], 0.0)).sum(axis=1) + hours.ground
     shares = (weight[nodes] * share[:, None]).astype(SINGLE)
     return Sunlight(index[nodes], shares, suns.astype(SINGLE), level.astype(SINGLE))
-
-
-def parabola(place):
-    """Weights of values at -1, 0 and 1 in the parabola through them, at a place between -0.5 and 0.5: (3,)."""
-    return np.array([place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2])
 
 
 def match_some(sky, direction, chosen):

@@ -230,7 +230,11 @@ def grid_source(grid, places, picked, request, years=None):
             own = sun_of_place(suns[key], latitude, longitude)
             if not checked and abs(latitude) <= nearest:
                 checked.append(one)  # the first place stands for the files: the check takes longer than a place
-                check_grid_years(record, interval, own)
+                try:
+                    check_years(record, interval, own)
+                except InputError as error:  # times and places of a grid cannot be changed by options
+                    cure = STAMPS if "--" in error.cure else error.cure
+                    raise InputError(error.source, error.problem, cure) from error
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
@@ -238,15 +242,6 @@ def grid_source(grid, places, picked, request, years=None):
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])
-
-
-def check_grid_years(record, interval, position):
-    """`check_years`, with a cure that a grid allows: its times and places cannot be changed by options."""
-    try:
-        check_years(record, interval, position)
-    except InputError as error:
-        cure = STAMPS if "--" in error.cure else error.cure
-        raise InputError(error.source, error.problem, cure) from error
 
 
 def keep_years(data, years):

@@ -46,7 +46,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
             return None
         sky, sun = count_rays(request)
         shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.08, "sky and reflections": 1.0}
-        shares |= {"reflections of the sky": 0.1, "horizon": 0.2}
+        shares |= {"number of reflections": 0.05, "reflections of the sky": 0.1, "horizon": 0.2}
         return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
 
     @staticmethod

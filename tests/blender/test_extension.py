@@ -52,6 +52,7 @@ for module in pkgutil.walk_packages(core.__path__, core.__name__ + "."):
     if module.name.rpartition(".")[2].startswith(("draw_", "picture")):  # with matplotlib, which no extension carries
         continue
     importlib.import_module(module.name)
+importlib.import_module("tsam")  # which core loads only where days are clustered
 files = {name: sys.modules[name].__file__ for name in json.loads(sys.argv[3]) if name in sys.modules}
 print(json.dumps(files))
 """

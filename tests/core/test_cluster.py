@@ -233,7 +233,6 @@ def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, c
         (["--cluster", "tcp://nowhere"], "is not known"),
         (["--cluster", "tcp://127.0.0.1:99999"], "does not answer"),
         (["--cluster", "serial", "--tile", "0"], "0 m is too small; give 20 m or more"),
-        (["--cluster", "serial", "--tile", "-5"], "-5 m is too small"),
         (["--cluster", "serial", "--tile", "nan"], "nan m is too small"),
         (["--tile", "100"], "--tile: is for cities traced in tiles; give --cluster local:N"),
         (["--cluster", "serial", "--target-error", "1"], "--target-error: is for runs without tiles"),

@@ -262,9 +262,6 @@ def test_the_budget_in_a_sentence():
 
 SPOIL = {
     "no summary": ("summary.json", None),
-    "no faces": ("faces.csv", None),
-    "no groups": ("groups.csv", None),
-    "no time series": ("timeseries.nc", None),
     "summary cut": ("summary.json", lambda text: text[: len(text) // 2]),
     "summary of something else": ("summary.json", lambda text: '{"weather": {}}'),
     "no place": ("summary.json", lambda text: text.replace('"latitude"', '"breadth"')),

@@ -150,26 +150,14 @@ def test_files_that_are_no_weather(tmp_path):
         ("cut.json", b'{"inputs": {"loc', "not JSON"),
         ("other.json", b'{"type": "CityJSON"}', "PVGIS"),
         ("cut.nc", ERA5.read_bytes()[:300], "NetCDF"),
+        ("cut_at_the_end.nc", ERA5.read_bytes()[:-3], "NetCDF"),
+        ("cut.csv.gz", PVGIS.read_bytes()[:50_000], "cut.csv.gz"),
         ("broken.nc", b"\x89HDF\r\n\x1a\n" + bytes(200), "NetCDF"),
         ("broken.gz", b"\x1f\x8b\x08\x00rubbish", "cannot be read"),
     ):
         path = tmp_path / name
         path.write_bytes(content)
         refuse(path, word)
-
-
-def test_truncated_files(tmp_path):
-    path = tmp_path / "cut.nc"
-    path.write_bytes(ERA5.read_bytes()[:-3])
-    refuse(path, "NetCDF")
-    with gzip.open(BARROW) as file:
-        text = file.read()
-    path = tmp_path / "cut.epw"
-    path.write_bytes(text[: len(text) // 2])
-    refuse(path)
-    path = tmp_path / "cut.csv.gz"
-    path.write_bytes(PVGIS.read_bytes()[:50_000])
-    refuse(path)
 
 
 def test_tables_with_faults(tmp_path):

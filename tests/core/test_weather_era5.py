@@ -37,12 +37,6 @@ def test_era5_stamps_end_the_hour():
         ssrd = dataset["ssrd"].sel(latitude=52.6, longitude=13.35, method="nearest").to_numpy()
     assert weather.data.index[0] == stamps[0] - HOUR
     np.testing.assert_allclose(weather.data["ghi"], ssrd / 3600.0, atol=1e-9)
-    # Around noon of clear days the irradiance of the morning mirrors that of the afternoon only with the right sun.
-    clear = weather.data["dni"] > 600
-    noon = weather.data["solar_azimuth"][clear]
-    high = weather.data["ghi"][clear & (weather.data.index.month == 6)]
-    assert noon.between(60, 300).all()
-    assert abs(np.average(weather.data.loc[high.index, "solar_azimuth"], weights=high) - 180) < 8
 
 
 def test_era5_bilinear_lies_between_its_neighbours():

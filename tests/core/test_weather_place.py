@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_city import write_small_city
 from test_tracing import three_houses
-from weathers import BARROW, BERLIN, ERA5, TMY3, lines_of, write_lines
+from weathers import BARROW, BERLIN, ERA5, TMY3
 
 from citypv.__main__ import main
 from citypv.core import study
@@ -43,16 +43,6 @@ def test_distance_is_that_of_the_ellipsoid():
     with pytest.raises(InputError, match=r"167 km.*--allow-distance 170"):
         check_distance(weather, site)
     check_distance(weather, site, 170.0)
-
-
-def test_weather_from_far_away_is_refused(city, tmp_path, capfd):
-    far = ["simulate", str(city), "--weather", str(BARROW), "--quiet"]
-    assert main([*far, "--out", str(tmp_path / "a")]) == 2
-    said = capfd.readouterr().err
-    assert said.count("\n") == 1
-    assert "km from the city" in said
-    assert "--allow-distance" in said
-    assert not (tmp_path / "a").exists()
 
 
 def test_suns_are_those_of_the_weathers_place():
@@ -112,18 +102,6 @@ def test_what_was_found_out_is_said_and_kept(city, tmp_path, capfd):
     assert abs(weather["checks"]["2017"]["daylight_shift"]) <= 5
     assert weather["checks"]["2017"]["closure_residual"] is None
     assert any("clear days" in note for note in weather["notes"])
-
-
-def test_a_shift_on_the_command_line(city, tmp_path, capfd):
-    lines = lines_of(BARROW)
-    lines[0] = lines[0].replace(",71.28600,-156.7670,-9.0,", ",71.28600,-156.7670,-8.5,")
-    path = write_lines(tmp_path / "zone.epw", lines)
-    common = ["simulate", str(city), "--weather", str(path), "--allow-distance", "1e4", "--quiet", "--samples", "4"]
-    assert main([*common, "--out", str(tmp_path / "a")]) == 2
-    assert "--time-shift 30" in capfd.readouterr().err
-    assert main([*common, "--time-shift", "30", "--suns", "typical-days:2", "--out", str(tmp_path / "a")]) == 0
-    settings = json.loads((tmp_path / "a" / "summary.json").read_text())["settings"]
-    assert settings["time_shift"] == 30
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 import pvlib
 import pytest
 
@@ -16,7 +15,6 @@ from citypv.core.results.write_tables import sum_periods as sum_rows
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_grid import match_sky_grid, match_triangles, sky_grid_suns, triangulate_sky
-from citypv.core.sun.solar_position import geocentric_sun, solar_position, sun_of_place
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
@@ -27,14 +25,12 @@ from citypv.core.world.sources import (
     CLIMATE,
     NOTHING,
     Places,
-    grid_places,
     model_source,
-    regular_axes,
     station_source,
 )
 
 from .transfers import Horizons
-from .weathers import BARROW, HOUR, PVGIS, year_of
+from .weathers import BARROW, PVGIS
 
 # 57° S to 72° N, both sides of the date line, all on land.
 LAND = [(-54.8, -68.3), (-45.0, 169.5), (-33.4, -70.6), (-25.0, 134.0), (-15.0, -47.0), (-3.0, 23.0), (0.2, 32.5)]
@@ -60,14 +56,6 @@ def world_of(transfer, places, system, name="clear-sky", **settings):
     source = model_source(places, name, request, settings.pop("off_land", "blank"))
     environment = build_environment("town", "test", transfer, system, settings.get("sky", "isotropic"))
     return compute_world([environment], source, system, threads=1, **settings)
-
-
-def test_sun_of_places_is_pvlibs():
-    times = year_of()[::7]
-    sun = geocentric_sun(times, HOUR)
-    for place in ((52.5, 13.4), (90.0, 0.0), (-90.0, 77.0), (0.0, 180.0), (0.0, -180.0), (-57.0, -179.9)):
-        expected = solar_position(times, HOUR, *place)
-        pd.testing.assert_frame_equal(sun_of_place(sun, *place), expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("count", [16, 673])
@@ -250,12 +238,3 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
     )
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
-
-
-def test_result_does_not_depend_on_threads(skylines, system):
-    environment = build_environment("town", "test", skylines, system)
-    rows, columns = regular_axes(30.0, (0.0, 60.0), (-180.0, 180.0))
-    assert columns.tolist() == list(range(-180, 180, 30))
-    source = model_source(grid_places(rows, columns), "climate", Request())
-    one, two = (compute_world([environment], source, system, threads=count) for count in (1, 2))
-    np.testing.assert_array_equal(one.full_load_hours, two.full_load_hours)

@@ -18,7 +18,6 @@ from citypv.core.world.draw_world_maps import (
     edges,
     find_gain,
     join_at_date_line,
-    mean_gain,
     nearest_place,
     read_coast,
     write_degrees,
@@ -85,7 +84,8 @@ def test_file_follows_the_conventions(folder):
 def test_gain_lies_where_the_ground_is(folder):
     """The further a facade faces away from the sun, the more of its light comes from the ground."""
     with xr.open_dataset(folder / "world.nc") as dataset:
-        gain = mean_gain(dataset).sel(environment="unshaded", group="facade_south")
+        mean = dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude")
+        gain = find_gain(mean).sel(environment="unshaded", group="facade_south")
         assert (find_gain(dataset) > 0).all()
     assert float(gain.sel(latitude=-20)) > 2 * float(gain.sel(latitude=40))
     assert 5 < float(gain.sel(latitude=60)) < 25
@@ -151,10 +151,11 @@ def test_a_region_across_the_date_line_is_one_piece(folder):
 def test_groups_that_an_environment_lacks_have_no_panel(folder):
     with xr.open_dataset(folder / "world.nc") as dataset:
         grid = dataset.load().copy(deep=True)
-    assert len(draw_world_months(grid, "city").axes) == 4 + 2  # with a scale for each kind
+    assert len(draw_world_months(grid).axes) == 4 + 2  # with a scale for each kind
     for name in ("full_load_hours", "full_load_hours_by_month"):
         values = grid[name].to_numpy()
         values[:, :, 0, [name.startswith("roof") for name in grid["group"].to_numpy()]] = np.nan
-    axes = draw_world_months(grid, "city").axes
+    axes = draw_world_months(grid).axes
     assert [one.get_title() for one in axes] == ["East facades", "South facades", ""]
-    assert draw_world_map(grid, "roof_south", "city").axes[0].get_title() == "North facades, city"
+    traced = grid.sel(environment=["city"], group=[one != "facade_south" for one in grid["group"].to_numpy()])
+    assert draw_world_map(traced).axes[0].get_title() == "North facades, city"
