@@ -41,7 +41,7 @@ world:
 	@[ -f $(PLACES)/manhattan/transfer.nc ] || $(TRACE) --out $(PLACES)/manhattan --latitude 40.757 --longitude -73.97 \
 	  tests/data/obj/nyc_midtown_citicorp_1km.obj.gz
 	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --overwrite --out results/world
-	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --longitudes 10 10 --step 1 --off-land clear-sky --overwrite \
+	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --longitudes 10 10 --step 1 --off-land climate --overwrite \
 	  --out results/world_10E
 
 STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1

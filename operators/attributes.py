@@ -112,7 +112,7 @@ def write_classes(city, ground, surfaces):
     ----------
     city, ground : bpy.types.Object or None
         Objects as `build_meshes` makes them; the ground may be None.
-    surfaces : core.scene.scene.Surfaces
+    surfaces : core.city.scene.Surfaces
         n surfaces.
     """
     faces = _faces_of_surfaces(city, len(surfaces))

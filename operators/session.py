@@ -20,7 +20,7 @@ class Session:
     """Results of the steps; None for steps that were not run."""
 
     city: Any = None  # core.city.city.City
-    scene: Any = None  # core.scene.scene.Scene
+    scene: Any = None  # core.city.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy

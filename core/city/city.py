@@ -61,7 +61,7 @@ class City:
     material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
     colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
     trees: list = field(default_factory=list)  # of Tree [m]
-    terrain: object = None  # ground.terrain.Terrain of the files, in the system of the points, or None
+    terrain: object = None  # city.terrain.Terrain of the files, in the system of the points, or None
 
     def __len__(self):
         return len(self.surface_id)

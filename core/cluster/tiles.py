@@ -162,7 +162,7 @@ def surround(name, rows, pieces, bins, ground_albedo):
     bins : tuple
         Of `bin_pieces`.
     ground_albedo : float
-        The brighter the ground, the wider the near surroundings: by `ground.build_ground.choose_reach`, in heights of
+        The brighter the ground, the wider the near surroundings: by `city.build_ground.choose_reach`, in heights of
         the tile's own surfaces, from the lowest to the highest point.
 
     Returns

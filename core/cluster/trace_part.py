@@ -53,7 +53,7 @@ class Part:
 
     scene: Scene
     own: np.ndarray  # (m,) int, surfaces of the scene that the tile reports
-    materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
+    materials: list  # of patches.read_albedo.Found: each surface and, last, the generated ground
     inner: tuple  # bounds of the tile with its near surroundings in plan, two (2,) float64 [m]
     complete: bool  # whether nothing of the whole is left out
     measure: bool  # whether the error of sun sampling is measured here

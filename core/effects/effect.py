@@ -41,7 +41,7 @@ class TracePlan:
 
     effects: list = field(default_factory=list)  # of Effect, in the order of the table
     ray_scene: Any = None  # FacingScene, if it was made already
-    foliage: Any = None  # trees.foliage.Foliage; None: no tree is traced
+    foliage: Any = None  # city.foliage.Foliage; None: no tree is traced
     unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
     open_to_suns: np.ndarray | None = None  # (p,) bool, patches that see every sun in front of them
     suns_behind: bool = False  # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
@@ -85,7 +85,7 @@ class Inputs:
 
     scene: Scene  # with the backs of sheets
     patches: Patches
-    materials: list  # of materials.read_albedo.Found
+    materials: list  # of patches.read_albedo.Found
     request: Request
     weather: Any = None  # weather.Weather, where it is known
     suns: Any = None  # sun.Suns, where they are known

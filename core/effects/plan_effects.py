@@ -35,7 +35,7 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     patches : Patches
     request : Request
     materials : list, optional
-        Of `materials.read_albedo.Found`.
+        Of `patches.read_albedo.Found`.
     weather : Weather, optional
     suns : Suns, optional
     progress : callable, optional

@@ -9,7 +9,7 @@ from ..city.racks import find_racked_roofs
 
 KINDS = ("facade", "roof", "rack")  # of groups, in this order
 ORIENTATIONS = ("north", "east", "south", "west")
-HALF = 0.5  # of a surface: if more of it is covered, it carries no modules
+MOST_COVERED = 0.5  # share of a surface: if more of it is covered, it lies inside and carries no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
@@ -53,8 +53,8 @@ def find_counted_area(transfer, system):
     carries_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
     flat_roof = (kind == "flat") & ~eligible & (area >= SMALLEST_ELIGIBLE_AREA) & ~closure & ~carries_racks
     if system.hidden_walls == "leave-out":
-        eligible &= covered <= HALF
-        flat_roof &= covered <= HALF
+        eligible &= covered <= MOST_COVERED
+        flat_roof &= covered <= MOST_COVERED
         counted_area = open_area
     else:
         counted_area = area

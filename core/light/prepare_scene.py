@@ -20,7 +20,7 @@ class PreparedScene:
     """A scene that can be traced."""
 
     scene: Scene  # with the backs of sheets
-    materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
+    materials: list  # of patches.read_albedo.Found: each surface and, last, the generated ground
     patches: Patches
     plan: TracePlan
     suns: Suns | None = None  # if they were chosen already

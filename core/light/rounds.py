@@ -4,7 +4,7 @@
     round of some     hemisphere rays ─► sky, far ground, and the radiosity of what they hit, as the last round of all
                       left it (final gathering); shadow rays ─► visible share of each sun
 
-Every patch goes on in its own sequence of points (`sampling.sample_points.sobol_points`), so k rounds are as even as
+Every patch goes on in its own sequence of points (`rays.sample_points.sobol_points`), so k rounds are as even as
 one of k times the samples. Their noise is told from the light of all rounds at the points of each patch, and by each
 replicate of its rays, as if they were one. Hits of further rays are not kept: only the light that they find.
 """

@@ -27,7 +27,7 @@ REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a ke
 LARGEST_KEY = 2**31 - 1
 FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
-SKY_DOME = "sky"  # the name of its first light, beside those of `sky.light_sources`
+SKY_DOME = "sky"  # the name of its first light, beside those of `sun.sky_models`
 
 
 @dataclass

@@ -188,7 +188,7 @@ class Transfer:
     material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
     albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
-    sources: dict = field(default_factory=dict)  # name -> SourceLight, those of `sky.light_sources` that were traced
+    sources: dict = field(default_factory=dict)  # name -> SourceLight, those of `sun.sky_models` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one

@@ -33,7 +33,7 @@ class RayScene:
         check.
     """
 
-    canopy = None  # trees.canopy.Canopy of scenes with trees
+    canopy = None  # city.canopy.Canopy of scenes with trees
     whole = None  # of a part of a city: its tree, patches of all triangles, and which of these the part has
 
     def __init__(self, vertices, triangles, engine=None):

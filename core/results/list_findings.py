@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..energy.counted_area import MOST_COVERED
 from ..light.measure_cover import measure_cover
 from ..settings.progress import silent
 
-HALF = 0.5  # of a surface: if more of it is covered, it is listed as inside
 SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"
 
 
@@ -74,7 +74,7 @@ def find_inside(scene, covered_share=None, progress=silent):
     closure[scene.triangle_surface[own & scene.closure]] = True
     footprint = np.zeros(count, bool)
     footprint[scene.triangle_surface[own & scene.footprint]] = True
-    covered = np.asarray(covered_share) > HALF
+    covered = np.asarray(covered_share) > MOST_COVERED
     return {
         "closes a building towards its neighbour (ClosureSurface)": closure,
         "lies under its building, on the ground": footprint & ~closure,

@@ -8,9 +8,10 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
+from ..city.classify import SMALLEST_ELIGIBLE_AREA
 from ..city.grid_cells import Outlines
 from ..city.racks import find_racked_roofs
-from ..energy.counted_area import KINDS, ORIENTATIONS
+from ..energy.counted_area import KINDS, MOST_COVERED, ORIENTATIONS
 from ..settings.errors import InputError
 from .transfer_file import FORMAT, OUTLINES
 
@@ -40,8 +41,6 @@ TITLES = {
 }
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
-HALF = 0.5  # of a flat roof: covered by more than this, no modules lie on it
-SMALLEST = 6.25  # [m²] of a flat roof that modules lie on
 
 
 @dataclass
@@ -264,7 +263,9 @@ def select_mounted(faces):
         kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
         The rows keep the index of `faces`.
     """
-    flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST) & (faces["covered_share"] <= HALF)
+    flat = (
+        (faces["kind"] == "flat") & (faces["area"] >= SMALLEST_ELIGIBLE_AREA) & (faces["covered_share"] <= MOST_COVERED)
+    )
     flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
     chosen = faces[((faces["eligible"] == "true") | flat) & faces["full_load_hours"].notna()]
     open_area = chosen["open_area"] if "open_area" in chosen else chosen["area"]

@@ -15,7 +15,7 @@ def build_meshes(scene, name="City"):
 
     Parameters
     ----------
-    scene : core.scene.scene.Scene
+    scene : core.city.scene.Scene
         Triangles with the surface each belongs to.
     name : str
         Name of the city's object; the ground is called "Ground".

@@ -126,7 +126,7 @@ def show_import(context, city, scene, findings, taken=()):
     ----------
     context : bpy.types.Context
     city : core.city.city.City
-    scene : core.scene.scene.Scene
+    scene : core.city.scene.Scene
     findings : list of core.list_findings.Finding
     taken : list of bpy.types.Object, optional
         The user's objects that are the city: then the same objects count, whatever the files are called, and the view

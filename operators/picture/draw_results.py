@@ -72,7 +72,7 @@ def stage_city(scene, transfer, energy, note=""):
 
     Parameters
     ----------
-    scene : core.scene.scene.Scene
+    scene : core.city.scene.Scene
     transfer : core.transfer.transfer.Transfer
     energy : core.energy.energy.Energy
     note : str

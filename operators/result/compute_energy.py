@@ -97,7 +97,7 @@ def rank_buildings(surfaces, energy, request):
 
     Parameters
     ----------
-    surfaces : core.scene.scene.Surfaces
+    surfaces : core.city.scene.Surfaces
     energy : core.energy.energy.Energy
     request : core.request.Request
     """

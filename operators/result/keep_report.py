@@ -22,7 +22,7 @@ def keep_report(item, scene, findings):
     Parameters
     ----------
     item : bpy.types.Object
-    scene : core.scene.scene.Scene
+    scene : core.city.scene.Scene
     findings : list of core.list_findings.Finding
     """
     item[FILES] = [str(path) for path in scene.report.files]

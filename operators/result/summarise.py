@@ -33,7 +33,7 @@ def summarise_energy(item, weather, energy, place, totals):
     weather : core.weather.weather.Weather
     energy : core.energy.energy.Energy
     place : str
-        Where the weather comes from, if from elsewhere (`core.sun.check_distance.describe_distance`).
+        Where the weather comes from, if from elsewhere (`core.weather.weather.describe_distance`).
     totals : dict
         Of `sum_totals`; as rows: surfaces, kWp, MWh per year, hours per year.
     """
@@ -60,7 +60,7 @@ def summarise_albedo(item, rows, unread):
     ----------
     item : bpy.types.Object
     rows : list of dict
-        As `core.materials.read_albedo.describe_albedo` makes them.
+        As `core.patches.read_albedo.describe_albedo` makes them.
     unread : list of str
         Materials that tell no albedo.
     """
