@@ -5,8 +5,10 @@ middle of a task is replaced, and the task given to another one. What is finishe
 all is done. Dask loads this file in each local worker first, see `dask_setup`.
 """
 
+import hashlib
 import importlib.util
 import logging
+import pickle
 import re
 import shutil
 import signal
@@ -30,6 +32,7 @@ LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 SILENT = f"does not answer within {PATIENCE} s", HOW_TO_START
 FOREIGN = "answers, but is no Dask scheduler", "give the scheduler's port (8786), not its page's"
 DEATHS = 3  # of workers under one task, after which it is given up
+HASH_LENGTH = 24  # of the hash in the name of a task's file
 
 
 @dataclass
@@ -229,6 +232,28 @@ def run_plainly(function, *arguments):
     except InputError as error:
         plain = InputError(error.source, error.problem, error.cure)
     raise plain
+
+
+def write_task(folder, stem, data):
+    """Write what a task reads, bytes of a pickle, to a file whose name ends with their hash: pathlib.Path."""
+    path = folder / f"{stem}_{hashlib.sha256(data).hexdigest()[:HASH_LENGTH]}.task"
+    path.write_bytes(data)
+    return path
+
+
+def read_task(path):
+    """What `write_task` has written. A pickle runs code, so nothing else is opened.
+
+    Raises
+    ------
+    InputError
+        The content is not that of the name.
+    """
+    data, name = Path(path).read_bytes(), Path(path).stem
+    if hashlib.sha256(data).hexdigest()[:HASH_LENGTH] != name.rpartition("_")[2]:
+        problem = "is not what was written for this task: somebody else has changed it, or the disk"
+        raise InputError(path, problem, "see who can write to this folder, delete it, and start again")
+    return pickle.loads(data)
 
 
 def kept_beside(folder):

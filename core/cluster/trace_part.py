@@ -7,7 +7,6 @@ far surroundings, finds light that may be wrong in either way, by no more than i
 """
 
 import json
-import pickle
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +27,7 @@ from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
+from .run_tasks import read_task
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 
@@ -65,7 +65,7 @@ def trace_part(run_path, part_path, result_path, threads):
     Parameters
     ----------
     run_path, part_path : str
-        Pickled Run and Part.
+        Run and Part, of `write_task`.
     result_path : str
         File of the Transfer; its figures lie beside it, and are there only when all is written.
     threads : int or None
@@ -79,7 +79,7 @@ def trace_part(run_path, part_path, result_path, threads):
     if figures.exists():
         return result_path
     started = time.monotonic(), time.process_time()
-    run, part = (pickle.loads(Path(path).read_bytes()) for path in (run_path, part_path))
+    run, part = read_task(run_path), read_task(part_path)
     request, scene = replace(run.request, threads=threads), part.scene
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
     prepared = build_tree(replace(prepared, plan=share_terrain(prepared.plan, run.terrain)), request)

@@ -29,7 +29,7 @@ from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_records, join_tiles
-from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
+from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks, write_task
 from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
@@ -179,8 +179,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     settled, terrain = settle(prepared, request), terrain_alone(prepared.plan)
     shared = pickle.dumps(Run(settled, prepared.suns, weather, city, terrain), protocol=5)
-    run_path = folder / f"run_{hashlib.sha256(shared).hexdigest()[:KEY_LENGTH]}.pickle"
-    run_path.write_bytes(shared)
+    run_path = write_task(folder, "run", shared)
     run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
     measured = set(np.linspace(0, len(squares) - 1, min(MEASURED, len(squares))).round().astype(int).tolist())
@@ -197,9 +196,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         if result.with_suffix(".json").exists():
             kept.add(result)
             continue
-        path = folder / f"{name}_{key}.part"
-        path.write_bytes(data)
-        yield str(run_path), str(path), str(result), threads
+        yield str(run_path), str(write_task(folder, name, data)), str(result), threads
 
 
 def settle(prepared, request):

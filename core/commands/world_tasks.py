@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..cluster.run_tasks import SERIAL, keeping, open_workers, run_tasks
+from ..cluster.run_tasks import SERIAL, keeping, open_workers, read_task, run_tasks, write_task
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
 from ..settings.threads import usable_threads
@@ -91,8 +91,7 @@ def list_tasks(environments, bands, inputs, folder, *, results, threads):
     for number, environment in enumerate(environments):
         data = pickle.dumps((environment, *common), protocol=5)
         key = hashlib.sha256(__version__.encode() + stamps + data).hexdigest()[:24]
-        path = folder / f"{key}.environment"
-        path.write_bytes(data)
+        path = write_task(folder, key, data)
         for first, band in enumerate(bands):
             result = folder / f"{key}_{first:05d}.npz"
             results[result] = number, band
@@ -121,14 +120,14 @@ def compute_band(path, band, result, threads):
     Parameters
     ----------
     path : str
-        Pickled Environment, Request, WorldSettings and sky.
+        Environment, Request, WorldSettings and sky, of `write_task`.
     band : list of int
         Numbers of the chunks.
     result : str
         File to write.
     threads : int or None
     """
-    environment, request, settings, sky = pickle.loads(Path(path).read_bytes())
+    environment, request, settings, sky = read_task(path)
     with ExitStack() as stack:
         source = find_source(request, settings, stack)
         chosen = replace(source, chunks=[source.chunks[one] for one in band])

@@ -1,8 +1,8 @@
 """What the user asks for: every setting of a run, declared once.
 
 A field of `Request` states a setting's default, unit, range and meaning. The options of the command line
-(`commands.add_options`), the properties of Blender's panel (`operators.city.declare_settings`) and the checks below are made
-from these declarations: a new setting is one entry here.
+(`commands.add_options`), the properties of Blender's panel (`operators.city.declare_settings`) and the checks below are
+made from these declarations: a new setting is one entry here.
 """
 
 from dataclasses import asdict, dataclass, fields

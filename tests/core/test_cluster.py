@@ -2,6 +2,7 @@
 
 import csv
 import json
+import pickle
 import re
 import signal
 import threading
@@ -15,10 +16,12 @@ from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.cluster import run_tasks, trace_tiles
+from citypv.core.cluster.run_tasks import read_task, write_task
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
 from citypv.core.commands.simulate import describe_bound
+from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
@@ -194,7 +197,7 @@ def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, t
     assert killed
     assert re.fullmatch(r"2 workers; dashboard at http://127\.0\.0\.1:\d+/status", said[1])
     assert_same_bits(transfer, serial[0])
-    assert not list(folder.glob("*.part"))
+    assert [path.name[:4] for path in folder.glob("*.task")] in ([], ["run_"])
 
 
 def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, capfd):
@@ -254,3 +257,17 @@ def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
         said = capfd.readouterr().err
         assert said.startswith("citypv: error: --cluster local:2: needs Dask; type: pip install distributed")
         assert said.count("\n") == 1
+
+
+def test_a_planted_task_is_not_opened(tmp_path):
+    """A pickle runs code: who can write to a shared folder must not choose it."""
+    ran = tmp_path / "ran"
+    path = write_task(tmp_path, "run", pickle.dumps({"suns": 3}))
+    assert read_task(path) == {"suns": 3}
+    path.write_bytes(b"cpathlib\nPath\n(V" + str(ran).encode() + b"\ntRp0\n.")
+    with pytest.raises(InputError, match=f"{path.name}.*not what was written"):
+        read_task(path)
+    other = tmp_path / "run.task"
+    other.write_bytes(pickle.dumps({"suns": 3}))
+    with pytest.raises(InputError, match="not what was written"):
+        read_task(other)
