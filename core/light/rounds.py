@@ -161,7 +161,7 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
     task.progress.bounces = 0
     for block in task.blocks:
         task.progress.begin(block)
-        shadows = look_at_block(context, task, block)
+        shadows = look_at_block(context, task, block, task.progress.report_rays)
         average_surfaces(context.patch_to_surface, shadows.visible_share, context.threads, visible_share[:, block])
         annual += shadows.by_point
         shadow_rays += shadows.ray_count
