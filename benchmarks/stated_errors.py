@@ -35,7 +35,7 @@ def run_seeds(scene, request, seeds):
     """Of every seed full load hours, their stated errors, those of groups and their stated errors, covered shares."""
     weather = read_year(scene.site, request)
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
-    suns = progressive_order(choose_suns(request.suns, *year, request.seed))
+    suns = progressive_order(choose_suns(request.suns, *year))
     runs = []
     for seed in range(seeds):
         started = time.perf_counter()

@@ -152,7 +152,7 @@ def read_year(site, request, suns=None):
         site.altitude,
         point=request.weather_point,
         year=request.year,
-        seed=request.seed,
+        seed=request.weather_seed,
         time_shift=request.time_shift,
         place=request.weather_place,
         without=request.weather_without,
@@ -173,7 +173,7 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
-    return progressive_order(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
+    return progressive_order(choose_suns(request.suns, *weather.axis, position=weather.data))
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):

@@ -139,8 +139,8 @@ def run_pilot(inputs, progress=silent):
 
 def choose_pilot_suns(inputs):
     """Suns of the pilot's runs."""
-    weather, request = inputs.weather, inputs.request
-    return progressive_order(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    weather = inputs.weather
+    return progressive_order(choose_suns(SUNS, *weather.axis, position=weather.data))
 
 
 def trace_part(inputs, part, setting, suns):

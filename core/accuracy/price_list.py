@@ -165,7 +165,7 @@ def price_city(inputs, ways, progress=silent, patches=FEWER):
     """
     scene, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
-    suns = {way: choose_suns(way, *weather.axis, request.seed, position=weather.data) for way in ways}
+    suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
     traced = TracedYear(scene, weather, fill_untraced(pilot.transfer), request)
     measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=patches)

@@ -55,7 +55,7 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
     others = [suns for suns in ways if suns.sampling != "hourly"]
     if not others or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
-    every = [*others, choose_suns("hourly", *weather.axis, request.seed, position=weather.data)]
+    every = [*others, choose_suns("hourly", *weather.axis, position=weather.data)]
     *clustered, exact = trace_sun_samples(scene, transfer, every, request, progress, prepared=prepared, count=patches)
     system, sky = build_system(request), choose_sky(request, transfer)
     threads = usable_threads(request.threads)

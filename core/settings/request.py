@@ -85,6 +85,9 @@ class Request(CitySettings, SystemSettings):
     year: int = setting(
         2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
     )
+    weather_seed: int = setting(
+        0, "weather", "seed of the days and hours of the built-in climate", kind="integer", metavar="N", least=0
+    )
     # the light
     preset: str = setting(
         "standard",
@@ -247,7 +250,7 @@ class Request(CitySettings, SystemSettings):
     seed: int = setting(
         0,
         "light",
-        "seed of all random numbers; the same seed gives the same results",
+        "seed of the rays; the same seed gives the same results",
         kind="integer",
         title="Seed",
         panel="sampling",

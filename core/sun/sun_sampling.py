@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import KDTree
 
-from ..settings.errors import InputError, check_seed
+from ..settings.errors import InputError
 from .days_of_year import days_of_year_suns, match_days_of_year
 from .sky_grid import match_sky_grid, sky_grid_suns
 from .solar_position import (
@@ -26,7 +26,7 @@ CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
 
 
-def choose_suns(sampling, times, interval, latitude, longitude, seed=0, *, position=None):  # noqa: PLR0917
+def choose_suns(sampling, times, interval, latitude, longitude, *, position=None):
     """Suns to trace for a time axis at a place.
 
     Parameters
@@ -39,8 +39,6 @@ def choose_suns(sampling, times, interval, latitude, longitude, seed=0, *, posit
         Length of the intervals.
     latitude, longitude : float
         Place [°], preferably that of the weather.
-    seed : int
-        Seed of the clustering.
     position : pandas.DataFrame, optional
         Of `solar_position` for this time axis and place, if known; further columns do not matter.
 
@@ -57,7 +55,6 @@ def choose_suns(sampling, times, interval, latitude, longitude, seed=0, *, posit
     name, count = parse_sampling(sampling)
     check_times(times, interval)
     check_place(latitude, longitude)
-    check_seed(seed)
     year = TimeAxis(times, interval, latitude, longitude)
     if name == "hourly":
         return hourly_suns(*year, position)
@@ -67,7 +64,7 @@ def choose_suns(sampling, times, interval, latitude, longitude, seed=0, *, posit
     if count > days:
         raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
     if name == "typical-days":
-        return typical_day_suns(*year, count=count, seed=seed)
+        return typical_day_suns(*year, count=count)
     return weigh_by_year(days_of_year_suns(*year, count=count), *year, position=position)
 
 

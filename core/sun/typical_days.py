@@ -9,9 +9,10 @@ from .suns import Suns
 
 NEAR = np.cos(np.radians(15.0))  # motion of the sun in one hour
 RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
+SEED = 0  # of these centres, fixed: two runs differ by tracing alone
 
 
-def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
+def typical_day_suns(times, interval, latitude, longitude, *, count):
     """Suns of typical days, found by k-means over the days' sun positions.
 
     Days are those of local solar time, so that results do not depend on longitude; where hours and meridian agree, the
@@ -32,8 +33,6 @@ def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
         Place [°].
     count : int
         Number of typical days.
-    seed : int
-        Of the k-means.
 
     Returns
     -------
@@ -44,7 +43,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
     steps = DAY // interval
     sun = solar_position(axis, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
-    member = np.repeat(cluster_days(sun, steps, count, seed), steps)
+    member = np.repeat(cluster_days(sun, steps, count), steps)
     step = np.tile(np.arange(steps), len(axis) // steps)
     direction = sun_direction(sun["apparent_zenith"], sun["solar_azimuth"])
     # Sum the members' directions at each step of each typical day, and keep the steps with any sun.
@@ -63,7 +62,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
     return Suns(suns.sampling, mean[kept], share[kept], day[kept], step[kept])
 
 
-def cluster_days(sun, steps, count, seed):
+def cluster_days(sun, steps, count):
     """Typical day of each day, by tsam's k-means.
 
     Parameters
@@ -74,8 +73,6 @@ def cluster_days(sun, steps, count, seed):
         Of each day.
     count : int
         Number of typical days.
-    seed : int
-        Of the k-means.
 
     Returns
     -------
@@ -86,7 +83,7 @@ def cluster_days(sun, steps, count, seed):
     azimuth = np.radians(sun["solar_azimuth"].to_numpy())
     features = {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()}
     table = pd.DataFrame(features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps))
-    method = tsam.KMeans(n_init=RESTARTS, random_state=seed)
+    method = tsam.KMeans(n_init=RESTARTS, random_state=SEED)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
     with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
         result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)

@@ -137,7 +137,7 @@ def model_source(places, name, request, off_land="blank"):
     places : Places
     name : {"climate", "clear-sky"}
     request : Request
-        Its year, seed and horizon_cut.
+        Its year, weather_seed and horizon_cut.
     off_land : {"blank", "climate", "clear-sky"}
         Further than 100 km from land.
 
@@ -179,7 +179,7 @@ def climate_records(places, chunk, land, suns, request):
         return records
     latitude, longitude = (axis[[chunk[number] for number in chosen]] for axis in (places.latitude, places.longitude))
     zenith = np.stack([suns[number]["apparent_zenith"].to_numpy() for number in chosen])
-    made = make_climates(latitude, longitude, request.year, request.seed, zenith)
+    made = make_climates(latitude, longitude, request.year, request.weather_seed, zenith)
     for row, number in enumerate(chosen):
         data = pd.DataFrame({name: made[name][row] for name in NAMES}, index=made["times"])
         altitude = look_up_altitude(latitude[row], longitude[row])

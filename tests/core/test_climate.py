@@ -11,7 +11,7 @@ from weathers import BARROW, HOUR, PVGIS, TMY3
 from citypv.core.commands.command_line import main
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import read_year
+from citypv.core.study import choose_year, read_year
 from citypv.core.weather.climate import (
     cleanest_sky,
     climate,
@@ -269,8 +269,18 @@ def test_with_the_stations_months_the_direct_part_is_near(path, dni):
 def test_the_climate_is_the_default(tmp_path, capfd):
     assert Request().weather == "climate"
     site = type("Site", (), {"latitude": 52.5, "longitude": 13.4, "altitude": 34.0})
-    weather = read_year(site, Request(seed=2))
+    weather = read_year(site, Request(weather_seed=2))
     assert "built-in climate" in weather.label and "climatology" in weather.label
     np.testing.assert_array_equal(weather.data["ghi"], climate(52.5, 13.4, seed=2).data["ghi"])
     assert main(["simulate", "--help"]) == 0
     assert "climate" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("way", ["days:4", "typical-days:4"])
+def test_two_seeds_differ_by_tracing_alone(way):
+    site = type("Site", (), {"latitude": 52.5, "longitude": 13.4, "altitude": 34.0})
+    requests = [Request(seed=seed, suns=way) for seed in (0, 7)]
+    one, other = (read_year(site, request) for request in requests)
+    pd.testing.assert_frame_equal(one.data, other.data)
+    suns = [choose_year(one, request).direction for request in requests]
+    np.testing.assert_array_equal(*suns)

@@ -22,7 +22,7 @@ SIGNS = np.array([1.0, -1.0, 1.0, -1.0])  # deviations of four replicates: varia
 def walls():
     """Transfer of walls to the south, all of the same area, half of them covered by 40 %; and a weather."""
     weather = read_weather(ERA5, 52.5, 13.4)
-    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, 52.5, 13.4, 0)
+    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, 52.5, 13.4)
     transfer = unshaded_transfer(suns, np.full(COUNT, 90.0), np.full(COUNT, 180.0))
     transfer.surfaces.area[:] = 10.0
     transfer.surfaces.eligible[:] = True

@@ -31,7 +31,7 @@ def city(tmp_path_factory):
     weather = read_year(scene.site, REQUEST)
     prepared = build_tree(prepare_scene(scene, REQUEST, weather=weather), REQUEST)
     assert scene.sheet.any() and (prepared.scene.triangle_surface < 0).any() and prepared.patches.ground.any()
-    return scene, prepared, choose_suns("days:4", *weather.axis, 1, position=weather.data)
+    return scene, prepared, choose_suns("days:4", *weather.axis, position=weather.data)
 
 
 def traced(few, suns, part):

@@ -74,7 +74,7 @@ def test_hours_and_patches_are_those_of_the_whole_city(tmp_path):
     request = Request(weather="clear-sky", threads=1, patch_size=5.0)
     scene = read_scene([write_small_city(tmp_path / "small.gml")], request)
     weather = read_year(scene.site, request)
-    suns = choose_suns("days:4", *weather.axis, request.seed, position=weather.data)
+    suns = choose_suns("days:4", *weather.axis, position=weather.data)
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
     counted = np.arange(len(scene.surfaces)) % 3 == 0
     every, inputs = np.ones(len(prepared.patches), bool), CityYear(scene, prepared, weather, request)

@@ -162,7 +162,7 @@ def results():
     city = make_city([polygon for k in range(5) for polygon in box(f"b{k}", 20 * k, 0, 10, 10, 0, 5)])
     scene = build_scene(city, 50, 10, ground="none", patch_size=None)
     weather = read_weather("clear-sky", 50, 10, 0, year=2021)
-    suns = choose_suns("typical-days:6", weather.data.index, weather.interval, 50, 10, 0)
+    suns = choose_suns("typical-days:6", weather.data.index, weather.interval, 50, 10)
     transfer = unshaded_transfer(suns, scene.surfaces.surface_tilt, scene.surfaces.surface_azimuth)
     transfer.surfaces = scene.surfaces
     return city, scene, transfer, compute_energy(transfer, weather)

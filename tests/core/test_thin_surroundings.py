@@ -32,7 +32,7 @@ def tile(tmp_path_factory):
     path.write_text(f"{HEAD}{''.join(houses)}</CityModel>\n", encoding="utf-8")
     scene = read_scene([path], REQUEST)
     weather = read_year(scene.site, REQUEST)
-    suns = choose_suns("days:4", *weather.axis, 1, position=weather.data)
+    suns = choose_suns("days:4", *weather.axis, position=weather.data)
     whole = prepare_whole(scene)
     pieces, squares = box_pieces(whole), dict(assign_tiles(whole, TILE))
     rows = squares["002_002"]

@@ -37,7 +37,7 @@ SCENES = {  # boxes, low and high corners [m]
 @cache
 def year_and_suns():
     weather = read_year(boxes(SCENES["penthouse"]).site, Request())
-    return weather, choose_suns("typical-days:4", weather.data.index, weather.interval, *PLACE, 0)
+    return weather, choose_suns("typical-days:4", weather.data.index, weather.interval, *PLACE)
 
 
 @cache
