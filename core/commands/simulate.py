@@ -210,6 +210,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
             raise InputError("--effects", f"{key} was decided when the city was traced", f"use {', '.join(ELECTRIC)}")
     with whole_folder(folder, overwrite) as work:
         transfer = read_transfer(transfer_path)
+        for note in transfer.notes:
+            log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:
             log.write(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
         weather = read_year(transfer.site, request, transfer.suns)

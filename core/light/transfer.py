@@ -194,6 +194,7 @@ class Transfer:
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
     patch_light: PatchLight | None = None  # for further rounds of the same run; not kept in files
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
+    notes: tuple = ()  # of str: what its file, written by another version, lacks
 
 
 def no_parts(count):

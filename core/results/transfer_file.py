@@ -1,12 +1,14 @@
 """transfer.nc: the traced Transfer without weather, for reuse with other weather years.
 
 The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A group `bare` holds the
-same variables for the months in which deciduous trees have no leaves.
+same variables for the months in which deciduous trees have no leaves. Each group keeps the CRC-32 of every variable and
+attribute that it was written with, and a file that differs is refused: a flipped bit can look like light.
 """
 
 import json
 from dataclasses import replace
 from pathlib import Path
+from zlib import crc32
 
 import h5netcdf
 import numpy as np
@@ -28,10 +30,13 @@ from .write_summary import finite
 FORMAT = "CityPV transfer 1"
 CURE = "give the transfer.nc of a run of citypv simulate"
 OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the city again if another version wrote it"
+COPY = "copy it again from where it was written, or trace the city again"
 STAGE = "writing transfer.nc"
 CHUNK = 1 << 20  # bytes that are packed together: whole rows
 
 BARE = "bare"  # group with the state of deciduous trees without leaves
+SUMS = "checksums"  # attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
+UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
 
 TEXTS = tuple(column.name for column in COLUMNS if column.stored and column.kind == "text")
 PER_SURFACE = {  # name -> owner, unit, long name
@@ -121,12 +126,24 @@ def write_transfer(path, transfer, progress=silent):
         for group, state in states.items():
             place = file.create_group(group) if group else file
             variables, attributes = describe_state(state)
-            place.attrs.update(attributes if group or transfer.bare is None else attributes | leafy)
+            attributes = attributes if group or transfer.bare is None else attributes | leafy
             write_variables(place, variables)
+            sums = {":" + name: checksum(value) for name, value in attributes.items()}
+            sums |= {name: checksum(values) for name, (_, values, *_) in variables.items()}
             for name in PER_SURFACE_AND_SUN:
-                for size in append_matrix(place, name, getattr(state, name)):
-                    done += size
+                sums[name] = 0
+                for values in append_matrix(place, name, getattr(state, name)):
+                    sums[name], done = checksum(values, sums[name]), done + values.nbytes
                     progress(STAGE, done, total, "B")
+            place.attrs.update(attributes | {SUMS: json.dumps(sums)})
+
+
+def checksum(values, before=0):
+    """CRC-32 of numbers or texts, after `before` of those in front of them."""
+    array = np.asarray(values)
+    if array.dtype.kind in "OUT":
+        return crc32("\0".join(map(str, array.ravel())).encode(errors="surrogatepass"), before)
+    return crc32(np.ascontiguousarray(array), before)
 
 
 def describe_state(transfer):
@@ -178,14 +195,14 @@ def describe_state(transfer):
 
 
 def append_matrix(file, name, matrix):
-    """Add a matrix of surfaces × suns, block by block, and yield the bytes of each."""
+    """Add a matrix of surfaces × suns, and yield its blocks of rows."""
     chunk = max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))), max(matrix.shape[1], 1)
     packed = {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True} if matrix.size else {}
     variable = file.create_variable(name, ("surface", "sun"), "f4", **packed)
     variable.attrs.update({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
     for rows, values in row_blocks(matrix):
         variable[rows] = values
-        yield values.nbytes
+        yield values
 
 
 def read_transfer(path):
@@ -202,7 +219,7 @@ def read_transfer(path):
     Raises
     ------
     InputError
-        If the file is not there, cannot be read, or is not a Transfer.
+        If the file is not there, cannot be read, is not a Transfer, or not what was written.
     """
     if not Path(path).is_file():
         raise InputError(path, "there is no such file", CURE)
@@ -215,7 +232,7 @@ def read_transfer(path):
                 bare.load()
     except InputError:
         raise
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
@@ -224,13 +241,22 @@ def read_transfer(path):
             for name in set(DIMENSIONS) & set(state):
                 if state[name].dims != DIMENSIONS[name]:
                     raise InputError(path, f"{name} lies along {state[name].dims}, not {DIMENSIONS[name]}", CURE)
-        transfer = transfer_of_dataset(dataset)
+            check_sums(path, state)
+        transfer = replace(transfer_of_dataset(dataset), notes=() if SUMS in dataset.attrs else (UNCHECKED,))
         if bare is None:
             return transfer
         months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(path, f"lacks or garbles {error}", CURE) from error
+
+
+def check_sums(path, dataset):
+    """Refuse variables and attributes that are not what was written; files without checksums pass."""
+    for name, expected in json.loads(dataset.attrs.get(SUMS, "{}")).items():
+        stored = dataset.attrs[name[1:]] if name.startswith(":") else dataset[name].values
+        if checksum(stored) != expected:
+            raise InputError(path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY)
 
 
 def transfer_of_dataset(dataset):

@@ -158,8 +158,39 @@ def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
     if sky == "perez":
         errors = np.array(KEPT_ERRORS.split(), float)
         np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
+    assert transfer.notes == ("has no checksums (version 0.2.0 wrote none): damage would not be noticed",)
     assert transfer.leaf_months == (5, 6, 7, 8, 9, 10)
     assert transfer.surfaces.surface_id[1] == "a_south" and transfer.site.crs == "EPSG:25833"
+
+
+@pytest.fixture(scope="module")
+def kept_again(tmp_path_factory):
+    """The same light, written as now: its file, and what stands there."""
+    old, new = (tmp_path_factory.mktemp("again") / name for name in ("old.nc", "new.nc"))
+    old.write_bytes(gzip.decompress(KEPT.read_bytes()))
+    write_transfer(new, read_transfer(old))
+    return new, read_transfer(new)
+
+
+def test_all_that_is_written_has_a_checksum(kept_again):
+    with netCDF4.Dataset(kept_again[0]) as file:
+        for group in (file, file["bare"]):
+            written = {*group.variables, *(":" + name for name in group.ncattrs())} - {":checksums"}
+            assert set(json.loads(group.checksums)) == written and len(written) > 40
+
+
+@pytest.mark.parametrize("name", ["diffuse_relative", "horizon_relative", "surface_id", "site"])
+def test_one_flipped_bit_is_named(kept_again, tmp_path, name):
+    path, transfer = kept_again
+    arrays = {"diffuse_relative": transfer.diffuse_relative, "horizon_relative": transfer.sources["horizon"].relative}
+    texts = {"surface_id": b"a_south", "site": f"{transfer.site.latitude!r}".encode()[:8]}
+    content = bytearray(path.read_bytes())
+    place = content.find(arrays[name].tobytes() if name in arrays else texts[name])
+    assert place > 0
+    content[place + 2] ^= 1
+    (tmp_path / "flipped.nc").write_bytes(content)
+    with pytest.raises(InputError, match=rf"flipped\.nc: is damaged: {name} is not what was written .*; copy it again"):
+        read_transfer(tmp_path / "flipped.nc")
 
 
 @pytest.mark.parametrize("way", ["hourly", "sky-grid:64"])
