@@ -16,18 +16,31 @@ import pytest
 
 SLOW = Path(__file__).parent / "slow.txt"
 LONG = 0.2  # [s]
-# Laws and closed forms that take longer, and that no fast test holds.
+# Laws and closed forms that take longer, and that no fast test holds: the cases that begin so.
 LAWS = (
-    *("core/test_closed_forms.py::test_street_canyon", "core/test_forward_agrees.py::test_street_canyon"),
-    *("core/test_energy.py::test_unshaded_surfaces_equal_pvlib", "core/test_forward.py::test_far_ground_off"),
-    *("core/test_brdfs.py::test_share_is_what_the_law_says", "core/test_materials.py::test_sun_in_a_mirror_facade"),
-    *("core/test_rack_light.py::test_narrow_rows_shade", "core/test_plane_of_array.py::test_a_year_on_open_planes"),
-    *("core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour", "core/test_sky.py::test_stated_errors_of_the"),
+    *("core/test_closed_forms.py::test_street_canyon[3]", "core/test_forward.py::test_street_canyon[1-"),
+    *(
+        "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
+        "core/test_forward.py::test_far_ground_off",
+    ),
+    *(
+        "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[True-hourly",
+        "core/test_forward.py::test_where_the_light",
+    ),
+    *(
+        "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
+        "core/test_materials.py::test_sun_in_a_mirror_facade[30.0]",
+    ),
+    *("core/test_rack_light.py::test_narrow_rows_shade", "core/test_sky.py::test_stated_errors_of_the"),
+    *(
+        "core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour[14.0",
+        "core/test_places.py::test_far_from_an_edit",
+    ),
+    *("core/test_beyond_reflections.py::test_in_a_half_sphere", "core/test_measure_effects.py::test_sun_that_a_wall"),
 )
 # Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
 THOROUGH = (
-    *("core/test_forward_agrees.py::test_town", "core/test_forward.py::test_street_canyon_after_three_reflections"),
-    "core/test_rack_light.py::test_the_demo_with_racks_and_without",
+    *("core/test_forward_agrees.py::test_town", "core/test_rack_light.py::test_the_demo_with_racks_and_without"),
 )
 # Blender, processes and signals, readers and writers.
 MAY_DIFFER = (
@@ -80,7 +93,7 @@ def name_group(path):
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item):
     name = name_function(item.nodeid)
-    if name.startswith(LAWS):
+    if item.nodeid.removeprefix("tests/").startswith(LAWS):
         item.add_marker(pytest.mark.law)
     if name.startswith(THOROUGH):
         item.add_marker(pytest.mark.thorough)

@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -36,9 +37,13 @@ def read_text(path):
     return (ROOT / path).read_text("utf-8")
 
 
+@cache
 def read_imports(path):
-    """Yield (level, dotted target seen from the root) of each import anywhere in the file."""
-    package = path.parts[:-1]
+    """(level, dotted target seen from the root) of each import anywhere in the file."""
+    return list(find_imports(path, path.parts[:-1]))
+
+
+def find_imports(path, package):
     for node in ast.walk(ast.parse(read_text(path))):
         if isinstance(node, ast.Import):
             yield from ((0, name.name) for name in node.names)

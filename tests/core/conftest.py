@@ -1,6 +1,26 @@
-"""Helpers beside the tests can be imported by their names."""
+"""Helpers beside the tests can be imported by their names; a small city and a year that many tests begin with."""
 
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture(scope="session")
+def city(tmp_path_factory):
+    """A file of three houses."""
+    from small_city import write_small_city
+
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    """The weather of 2017 in Berlin."""
+    from weathers import BERLIN, ERA5
+
+    from citypv.core.weather.read_weather import read_weather
+
+    return read_weather(ERA5, *BERLIN)

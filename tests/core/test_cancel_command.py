@@ -9,7 +9,6 @@ import sys
 
 import numpy as np
 import pytest
-from small_city import write_small_city
 from weathers import ERA5
 
 from citypv.__main__ import main
@@ -31,11 +30,6 @@ def hear_interrupts():
 @pytest.fixture
 def small_blocks(monkeypatch):
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 def run(city, out, *more):

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_city import write_small_city
 
 from citypv.__main__ import main
 from citypv.core.accuracy.check_reachable import check_reachable, find_cure
@@ -17,11 +16,6 @@ from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
 
 CITY = ["--weather", "clear-sky", "--threads", "1"]
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 def foretold(city, **settings):

@@ -33,7 +33,7 @@ def test_a_cluster_that_does_not_answer_is_named_before_anything_is_read(tmp_pat
 )
 def test_a_port_where_no_scheduler_listens_is_named(tmp_path, capfd, monkeypatch, speech, problem):
     """One that accepts and stays silent, one that speaks another protocol, and one that stops within its greeting."""
-    monkeypatch.setattr(run_tasks, "PATIENCE", 2)
+    monkeypatch.setattr(run_tasks, "PATIENCE", 0.5)
 
     class Speak(socketserver.BaseRequestHandler):
         def handle(self):

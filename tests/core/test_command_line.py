@@ -13,7 +13,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray
-from small_city import write_small_city
 
 from citypv.__main__ import main
 from citypv.core.commands.add_options import imply_settings, request_of_options
@@ -54,11 +53,6 @@ def rows_of(path):
 
 def names_in(folder):
     return {path.name for path in folder.iterdir()}
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 @pytest.fixture(scope="module")

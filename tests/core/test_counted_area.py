@@ -25,11 +25,6 @@ KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
 
 
 @pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, 52.51, 13.39)
-
-
-@pytest.fixture(scope="module")
 def transfer(berlin):
     """South walls alone, covered by 0 to 100 %, an overhang, a ceiling and three level roofs."""
     suns = choose_suns("typical-days:2", *berlin.axis)

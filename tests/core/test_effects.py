@@ -3,6 +3,8 @@
 import numpy as np
 import pvlib
 import pytest
+from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from radiosity import bowl
 from scenes import scene_of_triangles
 from small_city import write_small_city
 from test_tracing import SUNS, three_houses
@@ -22,30 +24,7 @@ from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-ONCE = pytest.mark.once
-MODULE = "SunPower_SPR_300_WHT__2007__E__"
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
-
-
-def bowl(steps=24):
-    """The inside of a half sphere that opens upwards: each point sees the sky with half of its hemisphere."""
-    angle = np.linspace(0, 2 * np.pi, 4 * steps, endpoint=False)
-    depth = np.linspace(0, np.pi / 2, steps + 1)[1:]
-    rings = [
-        10 * np.stack([np.sin(d) * np.cos(angle), np.sin(d) * np.sin(angle), 0 * angle - np.cos(d)], 1) for d in depth
-    ]
-    vertices = np.concatenate([[[0, 0, -10.0]], *rings])
-    count, triangles = len(angle), []
-    for side in range(count):
-        following = (side + 1) % count
-        triangles.append([0, 1 + side, 1 + following])
-        for ring in range(steps - 1):
-            lower, upper = 1 + ring * count, 1 + (ring + 1) * count
-            triangles += [
-                [lower + side, upper + side, upper + following],
-                [lower + side, upper + following, lower + following],
-            ]
-    return scene_of_triangles(vertices, triangles)
 
 
 @pytest.mark.parametrize("albedo", [0.25, 0.6])
@@ -69,8 +48,7 @@ def test_a_bowl_loses_a_geometric_series(albedo):
 
 def test_nothing_to_reflect_needs_one_reflection():
     """A wall alone: the far ground reflects onto it once, and no ray is traced."""
-    scene = scene_of_triangles([[0, 0, 0], [8, 0, 0], [8, 0, 8], [0, 0, 8]], [[0, 1, 2], [0, 2, 3]])
-    transfer = trace_gather(scene, SUNS, Request(max_bounces=None), silent)
+    transfer = trace_gather(scene_of_triangles(*wall()), SUNS, Request(max_bounces=None), silent)
     assert transfer.record.max_bounces == 1
     assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
     assert transfer.record.effects[2]["bound"] == 0
@@ -87,12 +65,9 @@ def test_a_dark_far_ground_costs_a_wall_what_pvlib_says(azimuth, turned):
     request = Request(sky="isotropic", weather="clear-sky", suns="days:2", far_ground=False, threads=1)
     weather = read_year(scene.site, request)
     plan, data = prepare_study(scene, weather, request).plan, weather.data
-    sun = data["apparent_zenith"], data["solar_azimuth"]
-    level = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
-    own = pvlib.irradiance.beam_component(90, azimuth, *sun, data["dni"]).sum() + data["dhi"].sum() / 2
-    ground = pvlib.irradiance.get_ground_diffuse(90, level, 0.25).sum()
+    direct, sky, ground, _ = (light.sum() for light in light_on_plane(data, 90, azimuth))
     assert not plan["far-ground"].on
-    assert plan["far-ground"].bound == pytest.approx(ground / (own + ground), rel=1e-3)
+    assert plan["far-ground"].bound == pytest.approx(ground / (direct + sky + ground), rel=1e-3)
 
 
 def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
@@ -153,23 +128,14 @@ def berlin():
 
 def power_by_pvlib(weather, tilt, azimuth, without):
     """Full load hours of one unshaded plane, from pvlib, with some effects left out."""
-    data, module = weather.data, pvlib.pvsystem.retrieve_sam("SandiaMod")[MODULE]
-    sun = data["apparent_zenith"], data["solar_azimuth"]
-    aoi = pvlib.irradiance.aoi(tilt, azimuth, *sun)
-    direct = pvlib.irradiance.beam_component(tilt, azimuth, *sun, data["dni"])
-    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
-    ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, 0.25)
-    diffuse = pvlib.irradiance.isotropic(tilt, data["dhi"]) + ground
-    airmass = pvlib.atmosphere.get_relative_airmass(sun[0])
-    airmass = np.minimum(pvlib.atmosphere.get_absolute_airmass(airmass, data["pressure"]), 10)
-    spectrum = pvlib.spectrum.spectral_factor_sapm(airmass, module)
-    spectrum = (airmass > 0).astype(float) if "spectrum" in without else spectrum
-    taken = direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, module)
-    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
-    warm = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **mounting)
-    cell = 0 * warm + 25.0 if "temperature" in without else warm
-    power = pvlib.pvsystem.sapm(spectrum * (taken + diffuse), cell, module)["p_mp"]
-    return power.fillna(0).sum() / (module["Impo"] * module["Vmpo"])
+    data, (direct, sky, ground, aoi) = weather.data, light_on_plane(weather.data, tilt, azimuth)
+    diffuse, spectrum = sky + ground, spectral_by_pvlib(data)
+    spectrum = (spectrum > 0).astype(float) if "spectrum" in without else spectrum
+    taken = (
+        direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA])
+    )
+    warm = cell_temperature(data, direct + diffuse)
+    return sapm_power(spectrum * (taken + diffuse), 0 * warm + 25.0 if "temperature" in without else warm).sum()
 
 
 @pytest.mark.parametrize("plain", [True, False])

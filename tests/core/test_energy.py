@@ -5,7 +5,7 @@ import pvlib
 import pytest
 from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from transfers import Horizons, unshaded_transfer
-from weathers import BARROW, ERA5, HOUR
+from weathers import BARROW, HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
@@ -19,11 +19,6 @@ from citypv.core.weather.read_weather import read_weather
 
 TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]
 AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
-
-
-@pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, 52.51, 13.39)
 
 
 def suns_of(weather, way):

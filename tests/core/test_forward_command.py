@@ -6,16 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_city import write_small_city
 
 from citypv.__main__ import main
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 def simulate(city, folder, *options):

@@ -1,15 +1,16 @@
 """What effects change, from small runs with and without them, against closed forms and against whole runs."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from leaves import box, crowns_of
 from mirror_street import EDGES, HEIGHT, MIDDLE, finish, street
+from radiosity import bowl
 from scenes import join, scene_of_triangles, strip
 from scipy.special import expn
 from small_city import HEAD, house
-from test_effects import bowl
 from test_horizon import HOUR, uniform, with_sun
 from test_trees import wall_and_tree
 from transfers import unshaded_transfer
@@ -31,6 +32,7 @@ DEPTH = 0.7  # optical depth of a layer of leaves
 LINEAR = {"effects": {"temperature": False, "aoi": False, "spectrum": False}}  # hours in proportion to light, nearly
 
 
+@cache
 def year(direct=0.0, diffuse=1.0):
     """Berlin's year with some share of an even veil's direct and diffuse light."""
     data = with_sun(plain_table(year_of(2021)))

@@ -5,7 +5,7 @@ import time
 from dataclasses import replace
 
 import pytest
-from small_city import HEAD, house, write_small_city
+from small_city import HEAD, house
 
 from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import split_errors
@@ -14,11 +14,6 @@ from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
 
 pytestmark = pytest.mark.once
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 def measure(city, **settings):

@@ -7,7 +7,6 @@ import pvlib
 import pytest
 from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from transfers import Horizons, unshaded_transfer
-from weathers import ERA5
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
@@ -17,7 +16,6 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import check_settings
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 CEC = "Canadian_Solar_Inc__CS5P_220M"
 INVERTER = "ABB__MICRO_0_25_I_OUTD_US_208__208V_"
@@ -27,11 +25,6 @@ PARAMETERS = {
     "close-mount": "close_mount_glass_glass",
 }
 TILT, AZIMUTH = [90, 90, 37.3, 0, 90, 55], [180, 90, 200, 0, 0, 280]
-
-
-@pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, 52.51, 13.39)
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from transfers import Horizons
-from weathers import ERA5
 
 from citypv.core.accuracy.yield_errors import seconds_of_rounds, seconds_to_halve, times_more
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
-
-
-@pytest.fixture(scope="module")
-def year():
-    return read_weather(ERA5, 52.51, 13.39)
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.01, 0.1, 0.3])
@@ -30,14 +23,14 @@ def test_where_fixed_errors_are_too_large_no_time_is_enough():
     assert np.isnan(times_more(np.zeros(1), np.zeros(1))).all()
 
 
-def test_a_quarter_of_the_variance_is_half_of_the_reported_error(year):
-    suns = choose_suns("days:4", year.data.index, year.interval, year.latitude, year.longitude)
+def test_a_quarter_of_the_variance_is_half_of_the_reported_error(berlin):
+    suns = choose_suns("days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
     transfer = Horizons(30).transfer(suns)
     seconds = {"plan and tree": 100.0, "sky and reflections": 4.0, "suns": 6.0}
     transfer = replace(transfer, record=replace(transfer.record, seconds=seconds))
-    energy = compute_energy(transfer, year)
+    energy = compute_energy(transfer, berlin)
     assert seconds_of_rounds(transfer) == 10.0
-    found = seconds_to_halve(transfer, year, energy)
+    found = seconds_to_halve(transfer, berlin, energy)
     known = np.isfinite(energy.full_load_hours)
     assert known.any()
     np.testing.assert_allclose(found[known], 30.0)
@@ -45,11 +38,11 @@ def test_a_quarter_of_the_variance_is_half_of_the_reported_error(year):
     # Four times the rounds: a quarter of the variances of rays.
     names = ("diffuse_relative_standard_error", "direct_annual_standard_error")
     better = replace(transfer, **{name: getattr(transfer, name) / 2 for name in names})
-    errors = [compute_energy(one, year).full_load_hours_standard_error[known] for one in (transfer, better)]
+    errors = [compute_energy(one, berlin).full_load_hours_standard_error[known] for one in (transfer, better)]
     np.testing.assert_allclose(errors[1], errors[0] / 2)
 
 
-def test_no_time_is_known_without_a_record(year):
-    suns = choose_suns("days:4", year.data.index, year.interval, year.latitude, year.longitude)
+def test_no_time_is_known_without_a_record(berlin):
+    suns = choose_suns("days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
     transfer = replace(Horizons(5).transfer(suns), record=None)
-    assert np.isnan(seconds_to_halve(transfer, year, compute_energy(transfer, year))).all()
+    assert np.isnan(seconds_to_halve(transfer, berlin, compute_energy(transfer, berlin))).all()

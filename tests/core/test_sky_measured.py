@@ -61,11 +61,6 @@ def test_hours_of_iso_52010():
 # -- light of the sky in the energy --
 
 
-@pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, 52.51, 13.39)
-
-
 def suns_of(weather, way="days:12"):
     return choose_suns(way, *weather.axis)
 

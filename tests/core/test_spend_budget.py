@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from small_city import write_small_city
 
 from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import YieldErrors
@@ -54,11 +53,6 @@ def test_only_what_was_not_given_is_free(arguments, expected):
     imply_settings(options)
     free = free_settings(parser, options, [*CITY, *arguments], KNOBS)
     assert free == expected
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 @pytest.mark.once

@@ -5,22 +5,16 @@ import pandas as pd
 import pvlib
 import pytest
 from transfers import Horizons, unshaded_transfer
-from weathers import ERA5, HOUR
+from weathers import HOUR
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.energy import sum_potential
 from citypv.core.energy.pv_system import default_system
 from citypv.core.energy.timeline import build_timeline, describe_moment, mean_of_months, month_hours, relative_direct
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 TILT, AZIMUTH = [90, 90, 90, 90, 30, 0, 110], [180, 90, 270, 0, 200, 0, 150]
 LATITUDE, LONGITUDE = 52.51, 13.39
-
-
-@pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, LATITUDE, LONGITUDE)
 
 
 def suns_of(weather, way):

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from small_city import write_small_city
 from test_tracing import three_houses
 from weathers import BARROW, BERLIN, ERA5, TMY3
 
@@ -16,11 +15,6 @@ from citypv.core.sun.solar_position import sun_direction
 from citypv.core.sun.sun_sampling import match_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.weather.weather import check_distance, distance_of_weather
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 def near_berlin(folder, longitude):
