@@ -4,6 +4,10 @@ import numpy as np
 
 from citypv.core.city.classify import classify
 from citypv.core.city.scene import Scene, Site, Surfaces
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns
 
 
@@ -72,6 +76,16 @@ def suns_towards(directions):
     count = len(directions)
     place = np.arange(count, dtype=np.int32)
     return Suns("hourly", directions, np.full(count, 1 / count), np.zeros(count, np.int32), place)
+
+
+def run_gather(scene, suns, **settings):
+    """Transfer of gather with some settings of a Request."""
+    return trace_gather(scene, suns, Request(**settings), silent)
+
+
+def run_forward(scene, suns, **settings):
+    """Transfer of forward with some settings of a Request."""
+    return trace_forward(scene, suns, Request(estimator="forward", **settings), silent)
 
 
 def assert_mean(estimate, standard_error, expected, z=4):

@@ -3,13 +3,11 @@
 import json
 
 import pytest
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 
@@ -83,7 +81,7 @@ def test_materials_that_cannot_be_used():
         (MaterialSpec(material="mirror"), "Material 'Glas': mirror: needs an albedo"),
     ):
         with pytest.raises(InputError, match=words) as caught:
-            trace_gather(material_street("Glas"), suns, Request(materials={"Glas": finishes}), silent)
+            run_gather(material_street("Glas"), suns, materials={"Glas": finishes})
         assert "\n" not in str(caught.value)
 
 

@@ -137,7 +137,7 @@ def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
     On one thread, so that on any processor the suns take some seconds.
     """
     command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]
-    work = ["--shadow-samples", "4096"] if estimator == "gather" else ["--samples", "8"]
+    work = ["--shadow-samples", "1024"] if estimator == "gather" else ["--samples", "8"]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(
         [*command, "--threads", "1", "--estimator", estimator, *work],

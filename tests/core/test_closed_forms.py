@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from radiosity import canyon_after_bounces
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
@@ -55,7 +55,7 @@ def test_unshaded_surface(tilt, expected, rays):
 
 
 def test_far_ground_off_leaves_the_sky_only():
-    transfer = trace_gather(tilted_square(90), SUNS, Request(far_ground=False), silent)
+    transfer = run_gather(tilted_square(90), SUNS, far_ground=False)
     assert transfer.diffuse_relative == pytest.approx(0.5, abs=1e-7)
     assert transfer.direct_reflected.max() == 0
     assert transfer.ground_albedo == 0

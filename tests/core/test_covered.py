@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import join, scene_of_triangles, strip, suns_towards
+from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
 
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
@@ -29,7 +29,7 @@ def test_ground_under_a_building_is_covered():
     """A square of ground of 20 m with a house of 10 m on it: a quarter of it is covered and gets nothing."""
     ground = strip([-10, -10, 0], [20, 0, 0], [0, 20, 0], 1)
     scene = join([ground, *box((-5, -5, 0), (5, 5, 8))])
-    transfer = trace_gather(scene, SUN, Request(samples=4096, shadow_samples=256), silent)
+    transfer = run_gather(scene, SUN, samples=4096, shadow_samples=256)
     assert transfer.covered_share[:2].mean() == pytest.approx(0.25, abs=0.03)
     assert transfer.covered_share[2:4].max() == 0  # roof
     assert (transfer.sky_view_factor[:2] < 0.75).all()
@@ -45,7 +45,7 @@ def test_floor_on_the_ground_looks_into_the_earth(height, buried):
         np.concatenate([house.triangles, faces + len(house.vertices)]),
         [*range(12), -1, -1],
     )
-    transfer = trace_gather(scene, SUN, Request(), silent)
+    transfer = run_gather(scene, SUN)
     floor = np.flatnonzero(transfer.surfaces.surface_tilt == 180)
     assert len(floor) == 2
     assert transfer.covered_share[floor] == pytest.approx(float(buried))
@@ -62,7 +62,7 @@ def test_covered_parts_stay_dark_without_shadow_rays():
     wall = np.flatnonzero(
         (scene.surfaces.surface_azimuth == 180) & (scene.vertices[scene.triangles][:, :, 1] == 0).all(1)
     )
-    transfer = trace_gather(scene, SUN, Request(effects={"shadow-rays": False}), silent)
+    transfer = run_gather(scene, SUN, effects={"shadow-rays": False})
     assert len(wall) == 2 and transfer.covered_share[wall].mean() == pytest.approx(0.5, abs=0.02)
     seen = transfer.visible_share[wall, 0]  # the first sun stands before it
     assert seen == pytest.approx(1 - transfer.covered_share[wall], abs=1e-6)
@@ -88,7 +88,7 @@ def test_closed_box_is_dark_inside():
     """A room without windows, seen from inside: nothing comes in."""
     inside = [(points, np.asarray(faces)[:, ::-1]) for points, faces in box((0, 0, 0), (4, 5, 3))]
     scene = join([*inside, *box((-0.3, -0.3, -0.3), (4.3, 5.3, 3.3))])
-    transfer = trace_gather(scene, SUN, Request(samples=4096), silent)
+    transfer = run_gather(scene, SUN, samples=4096)
     assert transfer.sky_view_factor[:12].max() == 0
     assert transfer.far_ground_view_factor[:12].max() == 0
     assert transfer.visible_share[:12].max() == 0
@@ -98,7 +98,7 @@ def test_closed_box_is_dark_inside():
 
 def test_walls_shared_by_two_houses_receive_nothing():
     scene = join([*box((0, 0, 0), (10, 10, 10)), *box((10, 0, 0), (20, 10, 10))])
-    transfer = trace_gather(scene, SUN, Request(), silent)
+    transfer = run_gather(scene, SUN)
     shared = [8, 9, 12 + 10, 12 + 11]
     assert transfer.surfaces.surface_azimuth[shared] == pytest.approx([90, 90, 270, 270])
     assert transfer.covered_share[shared] == pytest.approx(1)

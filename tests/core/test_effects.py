@@ -5,7 +5,7 @@ import pvlib
 import pytest
 from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from radiosity import bowl
-from scenes import scene_of_triangles
+from scenes import run_gather, scene_of_triangles
 from small_city import write_small_city
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
@@ -48,7 +48,7 @@ def test_a_bowl_loses_a_geometric_series(albedo):
 
 def test_nothing_to_reflect_needs_one_reflection():
     """A wall alone: the far ground reflects onto it once, and no ray is traced."""
-    transfer = trace_gather(scene_of_triangles(*wall()), SUNS, Request(max_bounces=None), silent)
+    transfer = run_gather(scene_of_triangles(*wall()), SUNS, max_bounces=None)
     assert transfer.record.max_bounces == 1
     assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
     assert transfer.record.effects[2]["bound"] == 0

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
-from scenes import join, scene_of_triangles, strip, suns_towards
+from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
 from test_covered import box
 from test_town import TOWN
 
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.rays import engines
 from citypv.core.rays.engines import LibraryError
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 
 @pytest.fixture
@@ -79,7 +76,7 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
 
     monkeypatch.setattr("citypv.core.rays.engines.load_library", nothing)
     assert engines.choose_engine() == ("rays", "no packets: embreex has no Embree 4 library bundled")
-    transfer = trace_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
+    transfer = run_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]))
     assert transfer.record.engine == "rays"
     monkeypatch.setenv(engines.VARIABLE, "packets")
     with pytest.raises(InputError, match="packets do not work here"):

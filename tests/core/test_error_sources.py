@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import run_gather
 from test_closed_forms import SUNS
 from test_tracing import three_houses
 from weathers import ERA5
@@ -12,9 +13,6 @@ from citypv.core.accuracy.error_budget import budget_groups, budget_surfaces, sh
 from citypv.core.accuracy.yield_errors import SOURCES, split_errors
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.merge_transfers import merge_transfers
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once
@@ -25,7 +23,7 @@ MEASURED = {"bias": 0.5, "rms": 2.0, "groups": {"facade south": {"bias": -1.0, "
 def run():
     """Transfer of three houses with an error of sun sampling, weather and energy."""
     weather = read_weather(ERA5, 52.5, 13.4)
-    transfer = trace_gather(three_houses(), SUNS, Request(samples=64, shadow_samples=16, threads=1), silent)
+    transfer = run_gather(three_houses(), SUNS, samples=64, shadow_samples=16, threads=1)
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=MEASURED))
     return transfer, weather, compute_energy(transfer, weather, threads=1)
 
@@ -55,8 +53,7 @@ def test_groups_add_up_to_their_stated_error(run):
 def test_merged_rounds_lower_what_is_sampled_and_nothing_else(run):
     transfer, weather, energy = run
     others = [
-        trace_gather(three_houses(), SUNS, Request(samples=64, shadow_samples=16, threads=1, seed=seed), silent)
-        for seed in (5, 6, 7)
+        run_gather(three_houses(), SUNS, samples=64, shadow_samples=16, threads=1, seed=seed) for seed in (5, 6, 7)
     ]
     one, four = (split_errors(kept, weather, energy) for kept in (transfer, merge_transfers([transfer, *others])))
     for source in ("shadows", "rays"):

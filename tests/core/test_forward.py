@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from radiosity import canyon_after_bounces
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_forward, scene_of_triangles, strip, suns_towards
 from scipy import stats
 from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
 from test_tracing import three_houses
@@ -17,15 +17,12 @@ from citypv.core.photons import trace_sources
 from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.photons.scatter import leave_patches
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 
 def trace(scene, suns=SUNS, **settings):
-    return trace_forward(scene, suns, Request(estimator="forward", **settings), silent)
+    return run_forward(scene, suns, **settings)
 
 
 @pytest.mark.parametrize(("tilt", "expected"), [(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)])

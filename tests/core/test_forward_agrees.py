@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import scene_of_triangles, suns_towards
+from scenes import run_forward, run_gather, scene_of_triangles, suns_towards
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -61,8 +60,8 @@ def compare(scene, suns, gather, forward):
         Of diffuse and of annual direct light.
     reflected : (g, 2) float
     """
-    one = trace_gather(scene, suns, Request(**gather), silent)
-    return compare_transfers(one, trace_forward(scene, suns, Request(estimator="forward", **forward), silent))
+    one = run_gather(scene, suns, **gather)
+    return compare_transfers(one, run_forward(scene, suns, **forward))
 
 
 def compare_transfers(one, other):
@@ -120,7 +119,7 @@ def forward_town():
 def test_town():
     """91,764 triangles against gather, and against the reference that another engine traced."""
     _, scene, suns, forward = forward_town()
-    gather = trace_gather(scene, suns, Request(samples=draw_count(256, 128), far_ground=False), silent)
+    gather = run_gather(scene, suns, samples=draw_count(256, 128), far_ground=False)
     difference, error, reflected = compare_transfers(gather, forward)
     assert error.max() < 5e-4 * np.sqrt(40 / PHOTONS)
     assert (np.abs(difference) <= 4 * error + PATCHES * reflected).all()

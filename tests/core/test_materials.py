@@ -6,10 +6,9 @@ import numpy as np
 import pvlib
 import pytest
 from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, street
-from scenes import assert_mean, suns_towards
+from scenes import assert_mean, run_gather, suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
 from citypv.core.patches.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
@@ -90,7 +89,7 @@ def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
 def test_the_brightest_albedo_is_told(tmp_path):
     suns = suns_towards([[0, 0, 1]])
     dull = finish(tmp_path, "surface,material\nfacade,brick\n")
-    transfer = trace_gather(street(), suns, Request(albedo_file=dull), silent)
+    transfer = run_gather(street(), suns, albedo_file=dull)
     assert transfer.record.brightest_albedo == pytest.approx(0.3)
 
 

@@ -8,7 +8,7 @@ import pvlib
 import pytest
 from mirror_street import finish
 from planes import ALBEDO, light_on_plane
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 from test_forward_agrees import SUNS, refined
 from test_tracing import three_houses
 from thorough import THOROUGH
@@ -81,7 +81,7 @@ def test_a_year_on_open_planes(station):
     alone = read_with_pvlib(path, low_suns=bool((own["dni"][own["apparent_zenith"] > 88] > 0).any()))
     half = PLANES[list(STATIONS).index(station) % 2 :: 2]
     for tilt, azimuth in PLANES if THOROUGH else half:
-        transfer = trace_gather(open_plane(tilt, azimuth), suns, Request(ground_albedo=ALBEDO, sky="perez"), silent)
+        transfer = run_gather(open_plane(tilt, azimuth), suns, ground_albedo=ALBEDO, sky="perez")
         for sky in ("perez", "isotropic"):
             found = compute_energy(transfer, weather, sky=sky).poa_global_annual[0]
             same, other = (sum(light_on_plane(data, tilt, azimuth, sky)[:3]).sum() / 1000 for data in (own, alone))
@@ -94,7 +94,7 @@ def test_a_year_on_open_planes(station):
 
 def trace(scene, **settings):
     """Transfer under one sun, with the horizon traced whatever counts."""
-    return trace_gather(scene, suns_towards([[0.3, 0.2, 1.0]]), Request(sky="perez", **settings), silent)
+    return run_gather(scene, suns_towards([[0.3, 0.2, 1.0]]), sky="perez", **settings)
 
 
 def mean_of(transfer, rows, name="view_factor"):

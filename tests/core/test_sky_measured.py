@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cities import box
 from flat_roofs import scene_with
-from scenes import scene_of_triangles, strip, suns_towards
+from scenes import run_gather, scene_of_triangles, strip, suns_towards
 from transfers import unshaded_transfer
 from weathers import BARROW, ERA5
 
@@ -18,10 +18,8 @@ from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.transfer import SourceLight
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
@@ -151,11 +149,11 @@ def test_what_perez_changes_in_berlin(berlin):
 def test_the_sky_of_a_transfer():
     suns = suns_towards([[0, 0, 1.0]])
     wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))
-    auto = trace_gather(wall, suns, Request(), silent)
+    auto = run_gather(wall, suns)
     assert choose_sky(Request(), auto) == "perez"
     assert choose_sky(Request(sky="isotropic"), auto) == "isotropic"
     assert choose_sky(Request(effects={"perez": False}), auto) == "isotropic"
-    even = trace_gather(wall, suns, Request(sky="isotropic"), silent)
+    even = run_gather(wall, suns, sky="isotropic")
     assert even.sources == {} and even.record.source_rays == {}
     assert choose_sky(Request(), even) == "isotropic"
     assert choose_sky(Request(sky="perez"), even) == "perez"

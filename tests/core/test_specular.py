@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from leaves import box, crowns_of
 from mirror_street import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
-from scenes import assert_mean, join, strip, suns_towards
+from scenes import assert_mean, join, run_gather, strip, suns_towards
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
@@ -158,7 +158,7 @@ def test_the_plan_and_gather_alone(tmp_path):
         effect = next(one for one in transfer.record.effects if one["key"] == "specular")
         assert effect["on"] == on and words in effect["reason"]
     with pytest.raises(InputError, match="use trace_hybrid"):
-        trace_gather(scene, suns, Request(albedo_file=path), silent)
+        run_gather(scene, suns, albedo_file=path)
     dull = Request(albedo_file=finish(tmp_path, "surface,material\nfacade,brick\n"), samples=16)
     one, other = (trace(scene, suns, dull, silent) for trace in (trace_hybrid, trace_gather))
     assert (one.diffuse_relative == other.diffuse_relative).all()

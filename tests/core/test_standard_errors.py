@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import join, scene_of_triangles, strip, suns_towards
+from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
 from scipy import stats
 from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
@@ -90,10 +90,10 @@ def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
     """Few points stand on both sides of a wall's line: where they agree, they must not tell that nothing is unknown."""
     scene, suns = scene_and_suns(ANYWHERE)
     steps = []
-    known = trace_gather(scene, suns, Request(samples=64, shadow_samples=1024, max_bounces=0, seed=9), silent)
+    known = run_gather(scene, suns, samples=64, shadow_samples=1024, max_bounces=0, seed=9)
     partly = (known.covered_share > 0) & (known.covered_share < 1)
     for seed in range(6):
-        transfer = trace_gather(scene, suns, Request(samples=64, max_bounces=0, seed=seed), silent)
+        transfer = run_gather(scene, suns, samples=64, max_bounces=0, seed=seed)
         difference = (direct_relative(transfer) - direct_relative(known)) @ suns.weight
         error = transfer.direct_annual_standard_error
         noisy = partly & (error > 0)
@@ -141,10 +141,7 @@ def test_light_that_only_slopes_and_light_that_is_even():
 def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
     suns, effects = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]]), {"sky-rays": True, "shadow-rays": True}
-    slopes = [
-        trace_gather(tilted_square(70), suns, Request(samples=64, seed=seed, effects=effects), silent)
-        for seed in range(40)
-    ]
+    slopes = [run_gather(tilted_square(70), suns, samples=64, seed=seed, effects=effects) for seed in range(40)]
     turn = np.radians(70)
     first = suns.direction @ [0, -np.sin(turn), np.cos(turn)]
     assert (first > 0).all()

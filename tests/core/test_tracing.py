@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from test_covered import box
 
 from citypv.core.effects.plan_effects import plan_effects
@@ -12,7 +12,6 @@ from citypv.core.effects.table import TABLE
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
@@ -26,16 +25,16 @@ def three_houses():
 
 def test_a_new_building_never_adds_direct_light():
     before = three_houses()
-    alone = trace_gather(before, SUNS, Request(max_bounces=0, shadow_samples=64), silent)
+    alone = run_gather(before, SUNS, max_bounces=0, shadow_samples=64)
     parts = [(before.vertices, before.triangles), *box((14, -30, 0), (24, -20, 35))]
-    after = trace_gather(join(parts), SUNS, Request(max_bounces=0, shadow_samples=64), silent)
+    after = run_gather(join(parts), SUNS, max_bounces=0, shadow_samples=64)
     assert (after.visible_share[: len(alone.visible_share)] <= alone.visible_share).all()
     assert after.visible_share[: len(alone.visible_share)].sum() < alone.visible_share.sum() - 1
 
 
 def test_albedo_zero_needs_no_matrix():
     scene = three_houses()
-    transfer = trace_gather(scene, SUNS, Request(albedo=0, ground_albedo=0), silent)
+    transfer = run_gather(scene, SUNS, albedo=0, ground_albedo=0)
     assert transfer.record.max_bounces == 0
     assert transfer.direct_reflected.max() == 0
     assert transfer.diffuse_relative == pytest.approx(transfer.sky_view_factor, abs=1e-6)
@@ -44,7 +43,7 @@ def test_albedo_zero_needs_no_matrix():
 def test_without_obstacles_every_patch_has_its_closed_form():
     """Both effects off: the sky view of the tilt, and every sun in front; the far ground reflects; not a single ray."""
     scene = three_houses()
-    transfer = trace_gather(scene, SUNS, Request(effects={"sky-rays": False, "shadow-rays": False}), silent)
+    transfer = run_gather(scene, SUNS, effects={"sky-rays": False, "shadow-rays": False})
     normal = scene.surfaces.normal
     expected = np.where(
         normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0
@@ -61,7 +60,7 @@ def test_without_obstacles_every_patch_has_its_closed_form():
 
 def test_shadows_off_leave_the_sky_as_it_is():
     scene = three_houses()
-    on, off = (trace_gather(scene, SUNS, Request(effects=effects), silent) for effects in ({}, {"shadow-rays": False}))
+    on, off = (run_gather(scene, SUNS, effects=effects) for effects in ({}, {"shadow-rays": False}))
     assert np.array_equal(on.sky_view_factor, off.sky_view_factor)
     # Without rays what is covered is known by cells, with them by the points that are looked from.
     assert (off.visible_share >= on.visible_share - on.covered_share[:, None]).all()
@@ -72,8 +71,8 @@ def test_shadows_off_leave_the_sky_as_it_is():
 def test_plan_counts_what_stands_free():
     """The highest roof has nothing in front of it; where all rays are sent they find the same."""
     scene = three_houses()
-    on = trace_gather(scene, SUNS, Request(), silent)
-    off = trace_gather(scene, SUNS, Request(effects={"sky-rays": True, "shadow-rays": True}), silent)
+    on = run_gather(scene, SUNS)
+    off = run_gather(scene, SUNS, effects={"sky-rays": True, "shadow-rays": True})
     free = on.diffuse_relative_standard_error == 0
     highest = np.flatnonzero(scene.vertices[scene.triangles][:, :, 2].min(axis=1) == 20)
     assert free[highest].all()
@@ -84,7 +83,7 @@ def test_plan_counts_what_stands_free():
 
 def test_unknown_effect_is_refused():
     with pytest.raises(InputError, match="no effect is called 'fog'") as caught:
-        trace_gather(three_houses(), SUNS, Request(effects={"fog": True}), silent)
+        run_gather(three_houses(), SUNS, effects={"fog": True})
     assert all(key in str(caught.value) for key in TABLE)
 
 

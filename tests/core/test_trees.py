@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from leaves import ball, box, crowns_of
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
@@ -15,7 +15,6 @@ from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
@@ -148,9 +147,9 @@ def test_gather_and_forward_agree_behind_a_tree():
     scene = wall_and_tree()
     settings = {"albedo": 0.6, "ground_albedo": 0.5, "max_bounces": 3, "leaf_area_density": 0.8, "threads": 1}
     settings["sky"] = "perez"
-    one = trace_gather(scene, SUNS, Request(samples=4096, shadow_samples=256, **settings), silent)
-    other = trace_forward(scene, SUNS, Request(samples=60_000, estimator="forward", **settings), silent)
-    bare = trace_gather(wall_and_tree(trees=False), SUNS, Request(samples=1024, shadow_samples=64, **settings), silent)
+    one = run_gather(scene, SUNS, samples=4096, shadow_samples=256, **settings)
+    other = run_forward(scene, SUNS, samples=60_000, **settings)
+    bare = run_gather(wall_and_tree(trees=False), SUNS, samples=1024, shadow_samples=64, **settings)
     for find in (
         lambda found: (found.diffuse_relative, found.diffuse_relative_standard_error),
         lambda found: (direct_relative(found) @ found.suns.weight, found.direct_annual_standard_error),

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
+from scenes import run_gather
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
@@ -23,7 +24,6 @@ from citypv.core.city.terrain import Layer, Terrain, measure_heights
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.sun_sampling_error import trace_sun_samples
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import solar_position, sun_direction
@@ -39,7 +39,7 @@ PLACES = np.stack(np.meshgrid(*[np.linspace(-100, 200, 4)] * 2), axis=-1).reshap
 LAYER = Layer(np.column_stack([PLACES, np.zeros(16)]), Delaunay(PLACES).simplices)
 TERRAIN = Terrain("hill.asc", [LAYER])
 WEATHER = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), HOUR)
-TRANSFER = trace_gather(HOUSE, SUNS, Request(samples=16, shadow_samples=1), silent)
+TRANSFER = run_gather(HOUSE, SUNS, samples=16, shadow_samples=1)
 
 
 # Geometry

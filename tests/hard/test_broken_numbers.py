@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
+from scenes import run_gather
 
 from citypv.core.city.find_ground import find_resting_floors
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
@@ -53,7 +54,7 @@ def broken_scenes():
 
 
 USERS = {
-    "trace_gather": lambda scene: trace_gather(scene, SUNS, Request(), silent),
+    "trace_gather": lambda scene: run_gather(scene, SUNS),
     "patches_of_scene": lambda scene: patches_of_scene(scene, ALBEDO, 0),
     "find_resting_floors": find_resting_floors,
     "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, [SUNS], Request(), silent),
@@ -93,7 +94,7 @@ def test_broken_settings(name):
         with pytest.raises(InputError, match=f"--{name.replace('_', '-')}: {value}"):
             check_request(Request(**{name: value}))
         with pytest.raises(InputError):
-            trace_gather(HOUSE, SUNS, Request(**{name: value}), silent)
+            run_gather(HOUSE, SUNS, **{name: value})
 
 
 @pytest.mark.parametrize("place", [0, 999])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from closed import box
-from scenes import join, scene_of_triangles, strip, suns_towards
+from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
 from towns import spun, turned
 
 from citypv.core.light.trace_gather import trace_gather
@@ -25,7 +25,7 @@ def trace(parts, suns=SUNS, **settings):
 
 
 def gathered(parts, **settings):
-    return trace_gather(join(parts), SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
+    return run_gather(join(parts), SUNS, **{"samples": 4096, "shadow_samples": 256} | settings)
 
 
 def agree(one, other, chosen=slice(None), z=4.5):

@@ -12,13 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from real_cities import SAMPLES, SUNS, city_and_alone, first_light, light_of_run
+from scenes import run_gather
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
-
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 PHOTONS = {"Berlin": 32, "Manhattan": 12}  # per patch of the whole city
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"
@@ -93,8 +90,7 @@ def compare_estimators(name, groups, gather, forward):
 
 def test_first_light_of_gather_is_that_of_a_run_without_reflections():
     none, whole = (
-        trace_gather(three_houses(), SUNS, Request(max_bounces=bounces, samples=64, report="all"), silent)
-        for bounces in (0, 3)
+        run_gather(three_houses(), SUNS, max_bounces=bounces, samples=64, report="all") for bounces in (0, 3)
     )
     alone = np.stack([none.diffuse_relative, direct_relative(none) @ SUNS.weight], axis=1)
     np.testing.assert_allclose(first_light(whole), alone, rtol=1e-12)

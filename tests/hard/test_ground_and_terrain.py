@@ -5,17 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from closed import box
-from scenes import suns_towards
+from scenes import run_gather, suns_towards
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town, moved
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.find_ground import find_ground
 from citypv.core.city.terrain import Layer, Terrain
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
@@ -29,7 +26,7 @@ def house(low, high):
 
 
 def trace(scene, **settings):
-    return trace_gather(scene, SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
+    return run_gather(scene, SUNS, **{"samples": 4096, "shadow_samples": 256} | settings)
 
 
 # A mesh without a name

@@ -7,14 +7,13 @@ import pytest
 from closed import box, room
 from hypothesis import given, settings
 from hypothesis import strategies as draw
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from thorough import draw_count
 from towns import city_of_polygons, moved, turned
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.progress import silent
@@ -52,7 +51,7 @@ def random_parts(seed, apart=False):
 def trace(scene, directions=SUNS, **options):
     """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
     settings = {"samples": 64, "threads": 1, "report": "all", "max_bounces": 3} | options
-    return trace_gather(scene, suns_towards(directions), Request(**settings), silent)
+    return run_gather(scene, suns_towards(directions), **settings)
 
 
 def assert_same_means(one, other, limit):

@@ -12,12 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from closed import box
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
@@ -29,7 +28,7 @@ POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POS
 
 
 def trace(**settings):
-    return trace_gather(SCENE, SUNS, Request(**settings), silent)
+    return run_gather(SCENE, SUNS, **settings)
 
 
 def same(one, other):

@@ -7,6 +7,7 @@ against photons, and against small patches.
 import numpy as np
 import pytest
 from real_cities import SUNS
+from scenes import run_forward, run_gather
 from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
 from thorough import draw_count
@@ -17,8 +18,6 @@ from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
@@ -38,7 +37,7 @@ def balcony(patch_size=10.0):
 
 def light_by_gather(scene, surface, **settings):
     """Means over seeds of diffuse and direct light, and rms of their stated errors: two (2,)."""
-    runs = [trace_gather(scene, SUNS, Request(seed=seed, **settings), silent) for seed in range(SEEDS)]
+    runs = [run_gather(scene, SUNS, seed=seed, **settings) for seed in range(SEEDS)]
     light, stated = np.swapaxes([light_of(run, surface) for run in runs], 0, 1)
     return light.mean(axis=0), np.sqrt((stated**2).mean(axis=0))
 
@@ -92,7 +91,7 @@ def test_small_patches_leave_little_of_it():
 def test_gather_is_forward_in_a_gap():
     scene = boxes_apart(0.3)
     samples = draw_count(20_000, 5_000)  # fewer widen the band by 15 %
-    photons = trace_forward(scene, SUNS, Request(samples=samples, estimator="forward"), silent)
+    photons = run_forward(scene, SUNS, samples=samples)
     found, stated = light_by_gather(scene, 3)
     known, error = light_of(photons, 3)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()

@@ -6,11 +6,7 @@ from itertools import chain
 import numpy as np
 import pytest
 from closed import box, room
-from scenes import join, strip, suns_towards
-
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
+from scenes import join, run_gather, strip, suns_towards
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
@@ -25,7 +21,7 @@ def trace(parts, gone=(), **settings):
     scene = join(parts)
     kept = np.setdiff1d(np.arange(len(scene.triangles)), gone)
     rows = {name: getattr(scene, name)[kept] for name in ("triangles", "triangle_surface", "footprint", "closure")}
-    return trace_gather(replace(scene, **rows), SUNS, Request(**settings), silent)
+    return run_gather(replace(scene, **rows), SUNS, **settings)
 
 
 def of_side(transfer, house, side):

@@ -7,17 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays, meets_in_double
+from scenes import run_gather
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import clear_sky
@@ -161,7 +160,7 @@ def test_the_whole_chain(town):
     weather = add_sun(clear_sky(scene.site.latitude, scene.site.longitude, 0.0, 2021), pd.Timedelta(hours=1))
     times = weather.data.index
     suns = choose_suns("typical-days:2", times, weather.interval, scene.site.latitude, scene.site.longitude)
-    transfer = trace_gather(scene, suns, Request(samples=32, shadow_samples=4), silent)
+    transfer = run_gather(scene, suns, samples=32, shadow_samples=4)
     shares = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative")
     for name in (*shares, "direct_reflected", "direct_annual_standard_error", "diffuse_relative_standard_error"):
         values = getattr(transfer, name)

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from real_cities import SUNS
+from scenes import run_gather
 from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -45,7 +46,7 @@ def traced(name, samples):
     """Full load hours and their stated errors of all seeds, (SEEDS, n) each; those of groups; the scene; cover."""
     scene, (weather, suns), runs = boxes(SCENES[name]), year_and_suns(), []
     for seed in range(SEEDS):
-        transfer = trace_gather(scene, suns, Request(seed=seed, samples=samples), silent)
+        transfer = run_gather(scene, suns, seed=seed, samples=samples)
         energy = compute_energy(transfer, weather)
         means = energy.capacity_factor.sum(axis=0) * weather.interval.total_seconds() / 3600
         stated = energy.full_load_hours_standard_error
@@ -104,7 +105,7 @@ def test_errors_of_groups():
 def test_light_that_seen_patches_pass_on_counts():
     """More rays leave the error of sun on the roof, of which a penthouse's walls see four patches; not so before."""
     scene, (_, suns) = boxes(SCENES["penthouse"]), year_and_suns()
-    runs = [trace_gather(scene, suns, Request(samples=samples), silent) for samples in (256, 4096)]
+    runs = [run_gather(scene, suns, samples=samples) for samples in (256, 4096)]
     parts = [run.error_parts.direct_passed_on.std(axis=1, ddof=1) / 2 for run in runs]
     north = 6 + 4  # wall of the penthouse
     assert scene.surfaces.orientation[north] == "north"
@@ -114,7 +115,7 @@ def test_light_that_seen_patches_pass_on_counts():
 def test_parts_of_errors_survive_their_file(tmp_path):
     """transfer.nc keeps what the errors of groups are made of."""
     weather, suns = year_and_suns()
-    transfer = trace_gather(boxes(SCENES["penthouse"]), suns, Request(samples=64), silent)
+    transfer = run_gather(boxes(SCENES["penthouse"]), suns, samples=64)
     write_transfer(tmp_path / "transfer.nc", transfer)
     again = read_transfer(tmp_path / "transfer.nc")
     for name, values in vars(transfer.error_parts).items():

@@ -5,18 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 from closed import box, room
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved, turned
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.transform_crs import convert_to_metres
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.rays.sample_points import sobol_digits
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SUNS = np.array([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])
 FIELDS = ("sky_view_factor", "diffuse_relative", "visible_share", "direct_reflected", "covered_share")
@@ -51,7 +48,7 @@ def build_town(place=None, ground="none"):
 
 def trace_town(scene, suns=SUNS, **settings):
     """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
-    return trace_gather(scene, suns_towards(suns), Request(**{"samples": 64, "report": "all"} | settings), silent)
+    return run_gather(scene, suns_towards(suns), **{"samples": 64, "report": "all"} | settings)
 
 
 @cache

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 from closed import box, room
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from towns import spun
-
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25
@@ -18,7 +14,7 @@ RAYS = {"sky-rays": True, "shadow-rays": True}  # every patch sends rays, also t
 def trace(parts, suns=SUNS, **settings):
     scene = parts if hasattr(parts, "triangles") else join(parts)
     settings = {"samples": 4096, "shadow_samples": 256, "effects": RAYS} | settings
-    return trace_gather(scene, suns, Request(**settings), silent)
+    return run_gather(scene, suns, **settings)
 
 
 def assert_unshaded(transfer, chosen, sample_error=0.01):

@@ -6,16 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from closed import box, room
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import clear_sky
 
@@ -25,7 +23,7 @@ HOUSE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6), *box((-5, -5, 0
 
 
 def trace(scene, **settings):
-    return trace_gather(scene, SUNS, Request(**settings), silent)
+    return run_gather(scene, SUNS, **settings)
 
 
 def trace_all(scene, **settings):

@@ -4,13 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from closed import box
-from scenes import join, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 from towns import turned
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns
@@ -32,11 +29,11 @@ def clear_year(latitude, longitude, altitude=0.0, year=2021):
 def energy_of(weather, latitude, longitude, way="typical-days:4"):
     """Of the house, under suns chosen from a year of clear sky."""
     suns = choose_suns(way, weather.data.index, HOUR, latitude, longitude)
-    return compute_energy(trace_gather(HOUSE, suns, Request(shadow_samples=64), silent), weather)
+    return compute_energy(run_gather(HOUSE, suns, shadow_samples=64), weather)
 
 
 def visible(directions, scene=HOUSE, **settings):
-    return trace_gather(scene, suns_towards(directions), Request(shadow_samples=64, **settings), silent)
+    return run_gather(scene, suns_towards(directions), shadow_samples=64, **settings)
 
 
 def test_at_zenith():
@@ -93,7 +90,7 @@ def test_azimuth_0_is_azimuth_360():
 def test_no_sun_above_the_horizon():
     """Polar night: no direct light, no NaN, the sky shines all the same."""
     none = np.zeros(0, np.int32)
-    transfer = trace_gather(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none), Request(), silent)
+    transfer = run_gather(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none))
     assert transfer.visible_share.shape == transfer.direct_reflected.shape == (len(HOUSE.surfaces), 0)
     assert transfer.direct_annual_standard_error == pytest.approx(0)
     assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
