@@ -2,10 +2,8 @@
 
 import argparse
 
-from ..effects.table import check_effects
 from ..settings.errors import InputError
-from ..settings.presets import METHODS, PRESETS
-from ..settings.request import Request, check_request, declared_settings, option_of
+from ..settings.request import declared_settings, option_of
 
 TITLES = {
     "city": "the city",
@@ -24,9 +22,8 @@ class Gather(argparse.Action):
     """Several values, of all the times that an option is given."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Add values to those from the command line before; a default gives way."""
-        before = getattr(namespace, self.dest)
-        setattr(namespace, self.dest, values if before is self.default else [*before, *values])
+        """Add values to those from the command line before."""
+        setattr(namespace, self.dest, [*getattr(namespace, self.dest, ()), *values])
 
 
 def add_options(parser, *groups, hidden=()):
@@ -48,27 +45,27 @@ def add_options(parser, *groups, hidden=()):
                     details.option or "--" + name.replace("_", "-"),
                     dest=name,
                     help=argparse.SUPPRESS if name in hidden else describe_setting(default, details),
-                    **argument_of_setting(default, details),
+                    default=argparse.SUPPRESS,  # what is not given, method, preset and the defaults tell
+                    **argument_of_setting(details),
                 )
 
 
-def argument_of_setting(default, details):
+def argument_of_setting(details):
     """Keywords of `add_argument` for a setting: dict."""
     shapes = {
         "flag": {"action": "store_true"},
-        "switch": {"type": switch, "default": default, "metavar": "on|off"},
-        "choice": {"choices": tuple(details.choices or ()), "default": default},
-        "texts": {"nargs": "+", "action": Gather, "default": default, "metavar": details.metavar},
-        "place": {"nargs": 2, "type": float, "default": default, "metavar": ("LATITUDE", "LONGITUDE")},
+        "switch": {"type": switch, "metavar": "on|off"},
+        "choice": {"choices": tuple(details.choices or ())},
+        "texts": {"nargs": "+", "action": Gather, "metavar": details.metavar},
+        "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     if details.kind in shapes:
         return shapes[details.kind]
     if details.kind in SEVERAL:
-        return {"nargs": "+", "action": Gather, "default": (), "metavar": details.metavar, **SEVERAL[details.kind]}
+        return {"nargs": "+", "action": Gather, "metavar": details.metavar, **SEVERAL[details.kind]}
     kinds = {"number": float, "integer": int, "text": str}
     return {
         "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
-        "default": default,
         "metavar": details.metavar,
     }
 
@@ -127,7 +124,7 @@ def join_pairs(option, pairs):
     Parameters
     ----------
     option : str
-    pairs : list of (str, value), or dict
+    pairs : list of (str, value)
 
     Returns
     -------
@@ -139,86 +136,29 @@ def join_pairs(option, pairs):
         A key has two different values.
     """
     found = {}
-    for key, value in pairs.items() if isinstance(pairs, dict) else pairs:
+    for key, value in pairs:
         if found.setdefault(key, value) != value:
             first, second = (("off", "on")[one] if isinstance(one, bool) else one for one in (found[key], value))
             raise InputError(option, f"{key} is given as {first} and as {second}", "give each key once")
     return found
 
 
-def imply_settings(options):
-    """Set the defaults of a command's options from its method and preset, if any was given.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        With the `parser` of its command.
-
-    Returns
-    -------
-    bool
-        Whether the arguments have to be parsed again.
-    """
-    implied = implied_settings(vars(options))
-    if not implied:
-        return False
-    options.parser.set_defaults(**{name: value for name, value in implied.items() if hasattr(options, name)})
-    return True
-
-
-def free_settings(parser, options, arguments, names):
-    """Those of some settings that a run with `--time-budget` may choose: neither written nor implied: tuple of str.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Of which the defaults of these settings are changed.
-    options : argparse.Namespace
-        Parsed by it, with the `parser` of their command.
-    arguments : list of str or None
-    names : tuple of str
-    """
-    if getattr(options, "time_budget", None) is None:
-        return ()
-    options.parser.set_defaults(preset=None, **dict.fromkeys(names))
-    written = vars(parser.parse_args(arguments))
-    implied = implied_settings(vars(options))
-    if written["preset"] is not None:
-        return ()
-    return tuple(name for name in names if written[name] is None and name not in implied)
-
-
-def implied_settings(given):
-    """Settings that the method and the preset of parsed options imply; those of the method win: dict."""
-    return {**PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
-
-
-def request_of_options(options):
-    """Checked settings from parsed options; those without an option come from method and preset, or are defaults.
+def settings_of_options(options):
+    """Settings that were given as options, by name: dict.
 
     Raises
     ------
     InputError
-        If a value is out of range, or an effect does not exist.
+        A key has two different values.
     """
-    known = {name: details for name, _, details in declared_settings()}
-    given = {name: value for name, value in vars(options).items() if name in known}
-    for name, value in given.items():
-        if known[name].kind == "pairs":
-            given[name] = join_pairs(option_of(name), value)
-        elif known[name].kind == "shares" and not isinstance(value, dict):
-            given[name] = join_pairs(option_of(name), [pair for pairs in value for pair in pairs])
-        elif known[name].kind == "names":
-            given[name] = tuple(value)
-        elif known[name].kind == "texts":
-            given[name] = value[0] if isinstance(value, list) and len(value) == 1 else value
-    implied = implied_settings(given)
-    if "effects" in implied and "effects" in given:
-        given["effects"] = {**implied["effects"], **given["effects"]}
-    request = Request(**{**implied, **given})  # also settings without an option of this command
-    check_request(request)
-    check_effects(request)
-    return request
+    given = {}
+    for name, _, details in declared_settings():
+        if hasattr(options, name):
+            value = getattr(options, name)
+            if details.kind == "shares":
+                value = [pair for pairs in value for pair in pairs]
+            given[name] = join_pairs(option_of(name), value) if details.kind in ("pairs", "shares") else value
+    return given
 
 
 def add_cluster(parser, *, tiles=False):
@@ -231,26 +171,6 @@ def add_cluster(parser, *, tiles=False):
     )
     if tiles:
         place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (1000)")
-
-
-def cluster_of_options(options):
-    """What the options ask for: ClusterSettings, or None without `--cluster`.
-
-    Raises
-    ------
-    InputError
-        Tiles without `--cluster`.
-    """
-    tile = getattr(options, "tile", None)
-    if options.cluster is None:
-        if tile is not None:
-            raise InputError(
-                "--tile", "is for cities traced in tiles", "give --cluster local:N or --cluster serial too"
-            )
-        return None
-    from ..cluster.trace_tiles import ClusterSettings
-
-    return ClusterSettings(options.cluster) if tile is None else ClusterSettings(options.cluster, tile)
 
 
 def add_city(parser):

@@ -25,14 +25,11 @@ from .add_options import (
     add_options,
     add_output,
     add_world,
-    cluster_of_options,
-    free_settings,
-    imply_settings,
-    request_of_options,
+    settings_of_options,
 )
-from .run_log import print_output
+from .choose_settings import cluster_settings, free_settings, request_of_settings
+from .run_log import RunLog, print_output
 
-KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
 
@@ -62,9 +59,7 @@ def main(arguments=None, draw=None):
     """
     parser = build_parser()
     try:
-        if imply_settings(options := parser.parse_args(arguments)):
-            options = parser.parse_args(arguments)
-        options.free = free_settings(parser, options, arguments, KNOBS)
+        options = parser.parse_args(arguments)
     except SystemExit as stop:
         return stop.code or 0
     before = handle_sigterm()
@@ -123,12 +118,12 @@ def build_parser():
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the coloured city, for any viewer")
     simulate.add_argument("--geopackage", action="store_true", help="write city.gpkg: surfaces and buildings, for GIS")
-    simulate.set_defaults(run=run_simulate, parser=simulate)
+    simulate.set_defaults(run=run_simulate)
     again = commands.add_parser("yield", help="compute the yield of a transfer.nc with other weather or modules")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
     add_options(again, "weather", "electricity", "sky", "effects", "run")
-    again.set_defaults(run=run_yield, parser=again)
+    again.set_defaults(run=run_yield)
     plot = commands.add_parser("plot", help="draw the results of a folder: report.html, or the maps of a world")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
     plot.add_argument("--quiet", action="store_true", help="print errors only")
@@ -138,19 +133,19 @@ def build_parser():
     add_output(world)
     add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
-    world.set_defaults(run=run_world, parser=world)
+    world.set_defaults(run=run_world)
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
     add_city(inspect)
     inspect.set_defaults(run=run_inspect)
     effects = commands.add_parser("effects", help="list which effects a run on this city simulates, and why")
     add_city(effects)
     add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
-    effects.set_defaults(run=run_effects, parser=effects)
+    effects.set_defaults(run=run_effects)
     accuracy = commands.add_parser("accuracy", help="predict seconds and errors of each setting from a short pilot")
     add_city(accuracy)
     add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
     accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
-    accuracy.set_defaults(run=run_accuracy, parser=accuracy)
+    accuracy.set_defaults(run=run_accuracy)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
     selfcheck.set_defaults(run=run_selfcheck)
     for command in (inspect, effects, accuracy, selfcheck):
@@ -164,7 +159,7 @@ def run_simulate(options):
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
-    with compile_beside(request := request_of_options(options)):
+    with compile_beside(request := read_request(options)):
         command = import_command("simulate")
         interrupted = command.simulate(
             options.city,
@@ -175,9 +170,9 @@ def run_simulate(options):
                 exports=tuple(name for name in command.EXPORTS if getattr(options, name)),
                 draw=partial(options.draw, pictures=pictures) if pictures else None,
             ),
-            stream=output_stream(options),
-            cluster=cluster_of_options(options),
-            free=options.free,
+            log=make_log(options),
+            cluster=cluster_settings(options.cluster, options.tile),
+            free=free_settings(settings_of_options(options)),
         )
     if not interrupted:
         return 0
@@ -190,9 +185,9 @@ def run_yield(options):
     import_command("simulate").recompute(
         options.transfer,
         options.out,
-        request_of_options(options),
+        read_request(options),
         overwrite=options.overwrite,
-        stream=output_stream(options),
+        log=make_log(options),
     )
 
 
@@ -200,9 +195,9 @@ def run_world(options):
     """`citypv world`."""
     from .world import WorldSettings, make_world
 
-    way = options.way or ("paper" if options.method == "paper" else "exact")
+    request = read_request(options)
     settings = WorldSettings(
-        way=way,
+        way=options.way or ("paper" if request.method == "paper" else "exact"),
         mix=options.mix,
         step=options.step,
         latitudes=options.latitudes and tuple(options.latitudes),
@@ -215,11 +210,11 @@ def run_world(options):
     make_world(
         options.environment,
         options.out,
-        request_of_options(options),
+        request,
         settings,
         overwrite=options.overwrite,
-        stream=output_stream(options),
-        cluster=cluster_of_options(options),
+        log=make_log(options),
+        cluster=cluster_settings(options.cluster),
     )
 
 
@@ -236,7 +231,7 @@ def run_inspect(options):
     """`citypv inspect`."""
     from .inspect_city import describe_city, inspect_city
 
-    report = inspect_city(options.city, request_of_options(options), TerminalProgress(lasting=False))
+    report = inspect_city(options.city, read_request(options), TerminalProgress(lasting=False))
     text = json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report))
     print_output(text)
 
@@ -246,14 +241,14 @@ def run_effects(options):
     from ..effects.plan_effects import describe_plan
     from .show import list_effects
 
-    plan = list_effects(options.city, request_of_options(options), TerminalProgress(lasting=False))
+    plan = list_effects(options.city, read_request(options), TerminalProgress(lasting=False))
     as_json = json.dumps([effect.as_dict() for effect in plan.effects], indent=2) if options.json else ""
     print_output(as_json or "\n".join(describe_plan(plan)))
 
 
 def run_accuracy(options):
     """`citypv accuracy`."""
-    with compile_beside(request := request_of_options(options)):
+    with compile_beside(request := read_request(options)):
         show = import_command("show").show_accuracy
         print_output("\n".join(show(options.city, request, plot=options.plot, as_json=options.json)))
 
@@ -270,9 +265,14 @@ def run_selfcheck(options):
     return int(not all(check.passed for check in checks))
 
 
-def output_stream(options):
-    """Stream for progress messages; None if quiet."""
-    return None if options.quiet else sys.stderr
+def read_request(options):
+    """Checked settings that the options ask for: Request."""
+    return request_of_settings(settings_of_options(options))
+
+
+def make_log(options):
+    """RunLog to stderr, or one that is silent."""
+    return RunLog(None if options.quiet else sys.stderr)
 
 
 def import_command(name):

@@ -10,11 +10,19 @@ from ..weather.weather import describe_distance
 
 
 class RunLog:
-    """Prints messages, and measures the seconds of each stage."""
+    """Prints messages, and measures the seconds of each stage.
 
-    def __init__(self, stream):
+    Parameters
+    ----------
+    stream : text stream, optional
+        For messages, and for progress where nothing else receives it.
+    progress : callable, optional
+        See `core.progress`.
+    """
+
+    def __init__(self, stream=None, progress=silent):
         self.stream = stream
-        self.progress = TerminalProgress(stream) if stream else silent
+        self.progress = TerminalProgress(stream) if stream else progress
         self.clock, self.started = Clock(), time.monotonic()
 
     def write(self, text):

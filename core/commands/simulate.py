@@ -69,7 +69,7 @@ class Results(NamedTuple):
     weather: Any  # Weather
 
 
-def simulate(paths, folder, request, *, output=None, stream=None, cluster=None, free=()):
+def simulate(paths, folder, request, *, output=None, log=None, cluster=None, free=()):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -80,12 +80,12 @@ def simulate(paths, folder, request, *, output=None, stream=None, cluster=None, 
         Folder for the results, written completely or not at all.
     request : Request
     output : Output, optional
-    stream : text stream, optional
-        Stream for progress messages.
+    log : RunLog, optional
+        Receives progress and messages.
     cluster : ClusterSettings, optional
         Trace in tiles.
     free : collection of str
-        Of `command_line.KNOBS`: settings that a time budget may choose.
+        Of `choose_settings.KNOBS`: settings that a time budget may choose.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def simulate(paths, folder, request, *, output=None, stream=None, cluster=None, 
     KeyboardInterrupt, CancelledError
         Ctrl-C at any other time: nothing is written.
     """
-    log, output = RunLog(stream), output or Output()
+    log, output = log or RunLog(None), output or Output()
     check_tracing(request)
     check_cluster_settings(cluster, request)
     with whole_folder(folder, output.overwrite) as work:
@@ -197,12 +197,12 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     return transfer
 
 
-def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
+def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
     """Compute the energy of an earlier Transfer with another weather or module.
 
     Parameters and errors as in `simulate`.
     """
-    log = RunLog(stream)
+    log = log or RunLog(None)
     check_settings(request)
     implied = METHODS.get(request.method, {}).get("effects", {})  # as other settings of light, without effect here
     for key in request.effects:

@@ -39,7 +39,7 @@ class WorldSettings:
     pictures: bool = True
 
 
-def make_world(texts, folder, request, settings, *, overwrite=False, stream=None, cluster=None):
+def make_world(texts, folder, request, settings, *, overwrite=False, log=None, cluster=None):
     """Compute a world and write world.nc, summary.json and pictures.
 
     Parameters
@@ -52,7 +52,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
     settings : WorldSettings
     overwrite : bool
         Replace results in a folder that is not empty.
-    stream : text stream, optional
+    log : RunLog, optional
     cluster : ClusterSettings, optional
         Compute in tasks.
 
@@ -61,7 +61,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
     InputError
         Before anything is written.
     """
-    log = RunLog(stream)
+    log = log or RunLog(None)
     check_settings(request)
     check_world_settings(request, settings)
     if cluster:

@@ -8,7 +8,7 @@ from steps import run
 
 from citypv.citypv_addon import CLASSES
 from citypv.citypv_addon.menus import GROUPS
-from citypv.core.commands.command_line import build_parser
+from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
 from citypv.core.settings.errors import InputError
@@ -30,11 +30,9 @@ def test_a_preset_is_that_of_the_command_line(addon, preset):
     assert find_preset(addon) == preset
     request = read_settings(addon)
     options = build_parser().parse_args(["simulate", "city.gml", "--out", "out", "--preset", preset])
-    from citypv.core.commands.add_options import imply_settings
-
-    if imply_settings(options):
-        implied = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
-        assert (request.samples, request.shadow_samples, request.suns) == implied[preset]
+    implied = read_request(options)
+    for name in ("samples", "shadow_samples", "suns"):
+        assert getattr(request, name) == getattr(implied, name)
     assert (request.patch_size, request.max_bounces) == ((5.0, 5) if preset == "reference" else (10.0, None))
     addon.samples += 1
     assert find_preset(addon) == ""

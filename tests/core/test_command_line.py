@@ -15,8 +15,7 @@ import pytest
 import xarray
 
 from citypv.__main__ import main
-from citypv.core.commands.add_options import imply_settings, request_of_options
-from citypv.core.commands.command_line import build_parser
+from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.commands.run_log import RunLog, report_outcome
 from citypv.core.effects.table import TABLE
 from citypv.core.settings.progress import TerminalProgress, describe_progress
@@ -255,7 +254,7 @@ def test_options_of_several_values_add_up(command):
     if command == "simulate":
         arguments += " --out out"
     options = build_parser().parse_args([command, *arguments.split()])
-    request = request_of_options(options)
+    request = read_request(options)
     assert request.effects == {"trees": False, "perez": False, "aoi": False}
     assert request.weather == ["a.nc", "b.nc", "c.nc"]
     assert request.usable == {"roof": 0.5, "facade": 0.4, "flat": 0.3}
@@ -264,9 +263,7 @@ def test_options_of_several_values_add_up(command):
 
 def test_values_given_replace_those_that_a_method_implies():
     arguments = ["simulate", "city.gml", "--method", "paper", "--out", "out", "--effects", "trees=on", "perez=on"]
-    parser = build_parser()
-    assert imply_settings(parser.parse_args(arguments))
-    assert request_of_options(parser.parse_args(arguments)).effects == {"trees": True, "perez": True}
+    assert read_request(build_parser().parse_args(arguments)).effects == {"trees": True, "perez": True}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")

@@ -8,8 +8,9 @@ import pytest
 
 from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import YieldErrors
-from citypv.core.commands.add_options import free_settings, imply_settings
-from citypv.core.commands.command_line import KNOBS, build_parser
+from citypv.core.commands.add_options import settings_of_options
+from citypv.core.commands.choose_settings import free_settings
+from citypv.core.commands.command_line import build_parser
 from citypv.core.commands.spend_budget import Offer, choose_offer
 
 CITY = ["simulate", "x.gml", "--out", "y"]
@@ -48,11 +49,8 @@ def test_more_time_is_for_more_days():
     ],
 )
 def test_only_what_was_not_given_is_free(arguments, expected):
-    parser = build_parser()
-    options = parser.parse_args([*CITY, *arguments])
-    imply_settings(options)
-    free = free_settings(parser, options, [*CITY, *arguments], KNOBS)
-    assert free == expected
+    options = build_parser().parse_args([*CITY, *arguments])
+    assert free_settings(settings_of_options(options)) == expected
 
 
 @pytest.mark.once

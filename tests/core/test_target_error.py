@@ -22,8 +22,7 @@ from citypv.core.accuracy.refine import (
 )
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
-from citypv.core.commands.add_options import imply_settings, request_of_options
-from citypv.core.commands.command_line import build_parser
+from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.light.transfer import TraceRecord
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.presets import PRESETS
@@ -176,9 +175,7 @@ def test_presets_are_defaults_that_options_and_methods_override():
         (["--preset", "reference", "--method", "paper"], {"suns": "typical-days:12", "max_bounces": 3}),
         ([], {"samples": 256, "shadow_samples": 16}),
     ):
-        parser = build_parser()
-        imply_settings(parser.parse_args([*city, *arguments]))
-        request = request_of_options(parser.parse_args([*city, *arguments]))
+        request = read_request(build_parser().parse_args([*city, *arguments]))
         for name, value in expected.items():
             assert getattr(request, name) == value, arguments
     assert set(PRESETS) == {"draft", "standard", "reference"}

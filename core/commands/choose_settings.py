@@ -1,0 +1,109 @@
+"""Settings of a run from those that are given: checked, and completed by what method and preset imply."""
+
+import difflib
+import os
+from numbers import Real
+
+from ..effects.table import check_effects
+from ..settings.errors import InputError
+from ..settings.presets import METHODS, PRESETS
+from ..settings.request import Request, check_request, declared_settings
+
+KNOBS = ("suns", "samples", "shadow_samples")  # that a time budget chooses where they are not given
+KINDS = {  # of a setting -> (what it has to be, in words, and as a test)
+    "number": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),
+    "switch": ("True or False", lambda value: isinstance(value, bool)),
+    "pairs": ("a dict of names and True or False", lambda value: isinstance(value, dict)),
+    "shares": ("a dict of names and shares", lambda value: isinstance(value, dict)),
+    "names": ("a list of names", lambda value: isinstance(value, list | tuple | str)),
+    "texts": ("a path or a list of paths", lambda value: isinstance(value, list | tuple | str | os.PathLike)),
+    "place": ("latitude and longitude", lambda value: len(value) == 2),
+    "text": ("text or a path", lambda value: isinstance(value, str | os.PathLike)),
+}
+KINDS |= {"integer": KINDS["number"], "flag": KINDS["switch"], "choice": KINDS["text"]}
+
+
+def request_of_settings(settings, *groups, others=()):
+    """Checked settings: those given, before those that method and preset imply, before the defaults.
+
+    Parameters
+    ----------
+    settings : dict
+        By name.
+    *groups : str
+        Groups of settings that mean something here; none: all.
+    others : collection of str
+        Further names, for the message about one that does not exist.
+
+    Returns
+    -------
+    Request
+
+    Raises
+    ------
+    InputError
+        A setting does not exist, is of the wrong kind, or out of range.
+    """
+    known = {name: (default, details) for name, default, details in declared_settings(*groups)}
+    given = {}
+    for name, value in settings.items():
+        if name not in known:
+            near = difflib.get_close_matches(name, [*known, *others], 1)
+            raise InputError(name, "is not a setting here", f"did you mean {near[0]}?" if near else "leave it out")
+        given[name] = _take(name, value, *known[name])
+    implied = implied_settings(given)
+    if "effects" in implied and "effects" in given:
+        given["effects"] = {**implied["effects"], **given["effects"]}
+    request = Request(**{**implied, **given})
+    check_request(request)
+    check_effects(request)
+    return request
+
+
+def implied_settings(given):
+    """Settings that the method and the preset imply; those of the method win: dict."""
+    return {**PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
+
+
+def free_settings(given):
+    """Settings that a time budget may choose: neither given nor implied: tuple of str."""
+    if given.get("time_budget") is None or "preset" in given:
+        return ()
+    return tuple(name for name in KNOBS if name not in {**given, **implied_settings(given)})
+
+
+def _take(name, value, default, details):
+    """A setting in the form that Request has."""
+    if value is None and (default is None or details.none):
+        return None
+    words, fits = KINDS[details.kind]
+    try:
+        fine = fits(value)
+    except TypeError:
+        fine = False
+    if not fine:
+        raise InputError(name, f"{value!r} is not {words}", f"give {words}")
+    if details.kind in ("names", "place"):
+        return (value,) if isinstance(value, str) else tuple(value)
+    if details.kind == "texts":
+        texts = [os.fspath(one) for one in ([value] if isinstance(value, str | os.PathLike) else value)]
+        return texts[0] if len(texts) == 1 else texts
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def cluster_settings(cluster, tile=None):
+    """What `--cluster` and `--tile` ask for: ClusterSettings, or None without the first.
+
+    Raises
+    ------
+    InputError
+        Tiles without a cluster.
+    """
+    if cluster is None:
+        if tile is not None:
+            cure = "give --cluster local:N or --cluster serial too"
+            raise InputError("--tile", "is for cities traced in tiles", cure)
+        return None
+    from ..cluster.trace_tiles import ClusterSettings
+
+    return ClusterSettings(cluster) if tile is None else ClusterSettings(cluster, tile)

@@ -1,0 +1,279 @@
+"""CityPV in Python: the functions of the package `citypv`, with the settings, checks and files of the command line.
+
+result = citypv.simulate("berlin.gml", weather="era5.nc", preset="draft")
+result.faces, result.groups, result.buildings, result.timeseries, result.summary
+"""
+
+import base64
+import html
+import io
+import os
+import shutil
+import tempfile
+import weakref
+from contextlib import contextmanager
+from dataclasses import fields
+from functools import cached_property
+from pathlib import Path
+
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.request import declared_settings
+from .choose_settings import cluster_settings, free_settings, request_of_settings
+
+LIGHT_FREE = ("electricity", "sky")  # groups of settings that another weather leaves as they are
+
+
+class Result:
+    """Results of a run: the files of its folder, each read when it is asked for.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of `simulate`, or of the command line.
+    temporary : bool
+        Whether the folder above it is deleted with this object.
+    """
+
+    def __init__(self, folder, *, temporary=False):
+        self.folder = Path(folder)
+        if temporary:
+            weakref.finalize(self, shutil.rmtree, self.folder.parent, ignore_errors=True)
+
+    @cached_property
+    def faces(self):
+        """Surfaces, a row each: pandas.DataFrame of faces.csv; `eligible` is bool."""
+        table = self._read("faces.csv")
+        return table.assign(eligible=table["eligible"] == "true")
+
+    @cached_property
+    def groups(self):
+        """Groups of surfaces by kind and orientation, a row for each period: pandas.DataFrame of groups.csv."""
+        return self._read("groups.csv")
+
+    @cached_property
+    def buildings(self):
+        """Buildings, a row each: pandas.DataFrame of buildings.csv."""
+        return self._read("buildings.csv")
+
+    @cached_property
+    def timeseries(self):
+        """Capacity factors of the groups at each time: xarray.Dataset of timeseries.nc."""
+        import xarray
+
+        return xarray.load_dataset(self.folder / "timeseries.nc", engine="h5netcdf")
+
+    @cached_property
+    def summary(self):
+        """Settings, totals, errors and versions of the run: dict of summary.json."""
+        from ..results.read_results import read_summary
+
+        return read_summary(self.folder / "summary.json")
+
+    def save(self, folder, *, overwrite=False):
+        """Copy the results to a folder: Result of it.
+
+        Raises
+        ------
+        InputError
+            The folder is not empty and `overwrite` is False, or cannot be written.
+        """
+        from ..results.output_folder import NAMES, whole_folder
+
+        with whole_folder(folder, overwrite) as work:
+            for name in NAMES:
+                if (self.folder / name).exists():
+                    shutil.copy2(self.folder / name, work / name)
+        return Result(folder)
+
+    def with_weather(self, weather, *, out=None, overwrite=False, progress=silent, **settings):
+        """The same light with another weather: Result. Module, system and sky stay as they were unless given.
+
+        Parameters
+        ----------
+        weather : str, path-like or list
+        out, overwrite, progress, **settings
+            As in `simulate`.
+
+        Raises
+        ------
+        InputError
+            There is no transfer.nc, or a setting cannot be used.
+        """
+        from ..energy.pv_system import ELECTRIC
+        from .run_log import RunLog
+        from .simulate import recompute
+
+        path, before = self.folder / "transfer.nc", self.summary["settings"]
+        if not path.exists():
+            raise InputError(path, "the run wrote no light to weigh again", 'simulate with exports=("transfer",)')
+        known = {name for name, *_ in declared_settings(*LIGHT_FREE)}
+        kept = {name: value for name, value in before.items() if name in known}
+        effects = {key: on for key, on in before.get("effects", {}).items() if key in ELECTRIC}
+        request = request_of_settings({**kept, "effects": effects, **settings, "weather": weather})
+        with _folder_for(out) as folder:
+            log = RunLog(None, progress)
+            recompute(path, folder, request, overwrite=overwrite, log=log)
+            return Result(folder, temporary=out is None)
+
+    def plot(self):
+        """Write report.html into the folder: its path."""
+        from .show import plot_results
+
+        return plot_results(self.folder)[0]
+
+    def _read(self, name):
+        from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table
+
+        texts = {"faces.csv": FACE_TEXTS, "groups.csv": GROUP_TEXTS, "buildings.csv": ("building_id",)}
+        return read_table(self.folder / name, texts[name], ())
+
+    def __repr__(self):
+        totals = self.summary["totals"]
+        return f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a year>"
+
+    def _repr_html_(self):
+        """Picture and groups, for notebooks."""
+        annual = self.groups[self.groups["period"] == "annual"]
+        picture = self._picture()
+        image = f'<img alt="Full load hours from above" style="max-width:30em" src="{picture}">' if picture else ""
+        return f"<div><p>{html.escape(repr(self))}</p>{image}{annual.to_html(index=False)}</div>"
+
+    def _picture(self):
+        """The roofs from above as a data URI; "" without matplotlib or outlines."""
+        try:
+            from ..results.draw_plan import draw_plan
+        except ImportError:
+            return ""
+        from ..results.read_results import read_results as read_folder
+
+        outlines, data = read_folder(self.folder).outlines, io.BytesIO()
+        if outlines is None:
+            return ""
+        draw_plan(self._read("faces.csv"), outlines, "roof").savefig(data, format="png")
+        return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode()
+
+
+@contextmanager
+def _folder_for(out):
+    """A folder for results: the one that is given, or one that a Result deletes; deleted here after an error."""
+    if out is not None:
+        yield Path(out)
+        return
+    place = tempfile.mkdtemp(prefix="citypv-")
+    try:
+        yield Path(place, "results")
+    except BaseException:
+        shutil.rmtree(place, ignore_errors=True)
+        raise
+
+
+def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=None, progress=silent, **settings):
+    """Trace a city and compute its full load hours.
+
+    Parameters
+    ----------
+    city : path-like or list of path-like
+        CityGML, CityJSON or OBJ files, or folders of them.
+    out : path-like, optional
+        Folder to write; by default one that is deleted with the Result.
+    overwrite : bool
+        Replace results in a folder that is not empty.
+    exports : collection of str
+        Of transfer (even where it is large), cityjson, gltf and geopackage: files to write as well.
+    cluster : str, optional
+        Trace in tiles: "serial", "local:N" or the address of a Dask scheduler.
+    tile : float, optional
+        Side of the tiles [m].
+    progress : callable, optional
+        Called with stage, done, total and unit.
+    **settings
+        As the options of ``citypv simulate``, with underscores: weather, preset, target_error …
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    InputError
+        A setting does not exist or cannot be used, or a file is invalid.
+    KeyboardInterrupt, CancelledError
+        Interrupted before there was anything to keep.
+    """
+    from .run_log import RunLog
+    from .simulate import EXPORTS, Output
+    from .simulate import simulate as run
+
+    for name in exports:
+        if name not in EXPORTS:
+            raise InputError("exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}")
+    request, free = request_of_settings(settings), free_settings(settings)
+    paths = [city] if isinstance(city, str | os.PathLike) else list(city)
+    with _folder_for(out) as folder:
+        output = Output(overwrite=overwrite, exports=tuple(exports))
+        told = {"log": RunLog(None, progress), "cluster": cluster_settings(cluster, tile), "free": free}
+        run(paths, folder, request, output=output, **told)
+        return Result(folder, temporary=out is None)
+
+
+def read_results(folder):
+    """Results of an earlier run: Result.
+
+    Raises
+    ------
+    InputError
+        A file is missing, cannot be read, or belongs to another run than the others.
+    """
+    from ..results.read_results import read_results as read_folder
+
+    read_folder(folder)
+    return Result(folder)
+
+
+def inspect(city, **settings):
+    """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect --json``."""
+    from .inspect_city import inspect_city
+
+    paths = [city] if isinstance(city, str | os.PathLike) else list(city)
+    return inspect_city(paths, request_of_settings(settings, "city"))
+
+
+def world(environments, *, out=None, overwrite=False, cluster=None, progress=silent, **settings):
+    """Full load hours of traced districts at every place of a weather grid.
+
+    Parameters
+    ----------
+    environments : list of str
+        As of ``citypv world``: results of ``suns="sky-grid:N"``, NAME=PATH, or unshaded.
+    out : path-like, optional
+        Folder to write, with pictures; by default none is kept.
+    overwrite, cluster, progress
+        As in `simulate`.
+    **settings
+        As the options of ``citypv world``, with underscores.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of world.nc.
+    """
+    import xarray
+
+    from .run_log import RunLog
+    from .world import WorldSettings, make_world
+
+    own = {one.name for one in fields(WorldSettings)}
+    chosen = {"way": "paper"} if settings.get("method") == "paper" else {}
+    chosen |= {name: value for name, value in settings.items() if name in own} | ({} if out else {"pictures": False})
+    request = request_of_settings(
+        {name: value for name, value in settings.items() if name not in own},
+        *("weather", "electricity", "sky", "run"),
+        others=own,
+    )
+    texts = [environments] if isinstance(environments, str) else [str(one) for one in environments]
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place, "world") if out is None else Path(out)
+        told = {"log": RunLog(None, progress), "cluster": cluster_settings(cluster)}
+        make_world(texts, folder, request, WorldSettings(**chosen), overwrite=overwrite, **told)
+        return xarray.load_dataset(folder / "world.nc", engine="h5netcdf")

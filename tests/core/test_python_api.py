@@ -1,0 +1,174 @@
+"""CityPV from Python: the same files as the command line, settings that are honoured or refused, light imports."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from small_city import write_small_city
+from weathers import ERA5
+
+import citypv
+from citypv.__main__ import main
+from citypv.core.results.read_results import read_summary
+
+FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days:2", "threads": 1}
+# Ten settings as options and in Python.
+SETTINGS = {
+    "few rays": ([], {}),
+    "draft": (["--preset", "draft"], {"preset": "draft"}),
+    "as the paper": (["--method", "paper"], {"method": "paper"}),
+    "another seed": (["--seed", "7"], {"seed": 7}),
+    "an albedo and a ground": (["--albedo", "0.5", "--ground-albedo", "0.1"], {"albedo": 0.5, "ground_albedo": 0.1}),
+    "effects": (["--effects", "reflectors=off", "perez=on"], {"effects": {"reflectors": False, "perez": True}}),
+    "usable shares": (["--usable", "facade=0.6,roof=0.8"], {"usable": {"facade": 0.6, "roof": 0.8}}),
+    "an isotropic sky": (["--sky", "isotropic", "--monthly"], {"sky": "isotropic", "monthly": True}),
+    "a weather file": (["--weather", str(ERA5)], {"weather": ERA5}),
+    "losses and an inverter": (["--losses", "5", "--inverter", "pvwatts"], {"losses": 5, "inverter": "pvwatts"}),
+}
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+@pytest.fixture(scope="module")
+def result(city):
+    return citypv.simulate(city, **FEW)
+
+
+def options_of(settings):
+    return [part for name, value in settings.items() for part in (f"--{name.replace('_', '-')}", str(value))]
+
+
+@pytest.mark.once
+@pytest.mark.parametrize("name", SETTINGS)
+def test_the_same_files_as_the_command_line(name, city, tmp_path):
+    options, settings = SETTINGS[name]
+    common = {key: value for key, value in FEW.items() if not {key, "preset"} & set(settings) or key == "threads"}
+    if "preset" in settings or "method" in settings:
+        common = {"weather": "clear-sky", "threads": 1}
+    assert main(["simulate", str(city), "--out", str(tmp_path / "a"), "--quiet", *options_of(common), *options]) == 0
+    found = citypv.simulate([city], out=tmp_path / "b", **common | settings)
+    for table in ("faces.csv", "groups.csv", "buildings.csv"):
+        assert (tmp_path / "a" / table).read_bytes() == (found.folder / table).read_bytes()
+    told = read_summary(tmp_path / "a" / "summary.json")
+    assert told["settings"] == found.summary["settings"] and told["totals"] == found.summary["totals"]
+
+
+def test_tables_are_those_of_the_files(result):
+    expected = pd.read_csv(result.folder / "faces.csv")
+    assert result.faces["full_load_hours"].to_numpy() == pytest.approx(expected["full_load_hours"], nan_ok=True)
+    assert result.faces["eligible"].dtype == bool and result.faces["eligible"].any()
+    annual = result.groups[result.groups["period"] == "annual"]
+    with xr.open_dataset(result.folder / "timeseries.nc", engine="h5netcdf") as series:
+        assert result.timeseries.identical(series.load())
+    assert len(annual) <= result.timeseries.sizes["group"]
+    assert set(result.faces["building_id"]) == set(result.buildings["building_id"])
+    assert f"{result.summary['totals']['kwp']:,.0f} kWp" in repr(result)
+    shown = result._repr_html_()
+    assert "<table" in shown and "data:image/png;base64," in shown
+
+
+def test_saved_and_read_again(result, tmp_path):
+    saved = result.save(tmp_path / "mine")
+    again = citypv.read_results(tmp_path / "mine")
+    pd.testing.assert_frame_equal(again.faces, result.faces)
+    assert again.summary == saved.summary
+    with pytest.raises(citypv.InputError, match="is not empty"):
+        result.save(tmp_path / "mine")
+    (tmp_path / "mine" / "faces.csv").unlink()
+    with pytest.raises(citypv.InputError, match=r"faces\.csv: there is no such file"):
+        citypv.read_results(tmp_path / "mine")
+
+
+def test_another_weather_keeps_the_plant(city, tmp_path):
+    first = citypv.simulate(city, **FEW | {"losses": 20.0, "sky": "isotropic"})
+    again = first.with_weather("clear-sky", threads=1)
+    np.testing.assert_allclose(again.faces["full_load_hours"], first.faces["full_load_hours"], rtol=1e-9)
+    assert again.summary["settings"]["losses"] == 20
+    more = first.with_weather(ERA5, losses=10, allow_distance=1e5)
+    options = [
+        "--weather",
+        str(ERA5),
+        "--losses",
+        "10",
+        "--sky",
+        "isotropic",
+        "--allow-distance",
+        "1e5",
+        "--threads",
+        "1",
+    ]
+    transfer = str(first.folder / "transfer.nc")
+    assert main(["yield", transfer, "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
+    assert (more.folder / "faces.csv").read_bytes() == (tmp_path / "a" / "faces.csv").read_bytes()
+    (first.folder / "transfer.nc").unlink()
+    with pytest.raises(citypv.InputError, match="no light to weigh again; simulate with exports"):
+        first.with_weather("clear-sky")
+
+
+@pytest.mark.parametrize(("settings", "words"), [
+    ({"sampels": 4}, "sampels: is not a setting here; did you mean samples?"),
+    ({"samples": "many"}, "samples: 'many' is not a number"), ({"samples": 3.5}, "--samples: 3.5 is not a whole"),
+    ({"diffuse_iam": 1}, "diffuse_iam: 1 is not True or False"), ({"preset": "best"}, "--preset: 'best' is not known"),
+    ({"effects": {"fog": True}}, "fog"), ({"exports": ("pdf",)}, "exports: 'pdf' is not known"),
+    ({"tile": 100.0}, "--tile: is for cities traced in tiles"), ({"weather_place": 5}, "is not latitude and longitude"),
+    ({"weather": 5}, "weather: 5 is not a path or a list of paths"), ({"samples": None}, "None is not a number"),
+])  # fmt: skip
+def test_what_cannot_be_honoured_is_refused(settings, words, city):
+    with pytest.raises(citypv.InputError) as told:
+        citypv.simulate(city, **FEW | settings)
+    assert words in str(told.value)
+
+
+@pytest.mark.once
+def test_goals_are_honoured(city):
+    aimed = citypv.simulate(city, **FEW | {"suns": "days:24", "target_error": 0.8})
+    assert aimed.summary["traced"]["rounds"] > 1
+    seen = []
+    common = {"weather": "clear-sky", "threads": 1}
+    planned = citypv.simulate(city, time_budget=0.001, progress=lambda *report: seen.append(report), **common)
+    assert planned.summary["settings"]["suns"] == "days:4"  # the cheapest
+    assert {"sky and reflections"} <= {stage for stage, *_ in seen}
+
+
+def test_a_city_is_inspected(city):
+    found = citypv.inspect(city)
+    assert found["report"]["building_count"] == 3
+    with pytest.raises(citypv.InputError, match="samples: is not a setting here"):
+        citypv.inspect(city, samples=4)
+
+
+def test_a_world_of_unshaded_walls(tmp_path):
+    found = citypv.world("unshaded", weather="clear-sky", step=30, latitudes=(0, 60), longitudes=(0, 30))
+    assert found.sizes["latitude"] == 3 and np.isfinite(found["full_load_hours"]).all()
+
+
+def test_importing_loads_nothing_heavy():
+    code = "import sys, citypv; print({'numpy', 'pandas', 'embreex'} & set(sys.modules), 'simulate' in dir(citypv))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "set() True"
+
+
+@pytest.mark.once
+@pytest.mark.filterwarnings("ignore:pandas infers:FutureWarning")  # of PyPSA
+def test_capacity_factors_go_into_pypsa(result):
+    """PyPSA gets the hours of each group, and no more power than its area allows."""
+    pytest.importorskip("pypsa")
+    example = importlib.util.spec_from_file_location(
+        "example", Path(citypv.__file__).parent / "examples/pypsa_district.py"
+    )
+    example.loader.exec_module(module := importlib.util.module_from_spec(example))
+    network = module.build_network(result)
+    hours = result.groups[result.groups["period"] == "annual"].set_index(["kind", "orientation"])["full_load_hours"]
+    plants = network.generators.query("p_nom_extendable")
+    assert len(plants)
+    for name in plants.index:
+        assert network.generators_t.p_max_pu[name].sum() == pytest.approx(hours[tuple(name.split("_"))], rel=1e-4)
+    assert plants["p_nom_max"].sum() <= result.summary["totals"]["kwp"] * 1.0001
