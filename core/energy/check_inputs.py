@@ -100,4 +100,5 @@ def check_hours(weather):
             raise InputError("weather", f"no column {name}", "complete it with add_sun")
         least, most, _ = LIMITS.get(name, (-360.0, 360.0, "°"))
         values = weather.data[name].to_numpy()
-        check_array(f"{name} of the weather", values, (count,), least=least, most=most, row="hour")
+        words = f"{weather.columns.get(name, name)} of the weather"
+        check_array(words, values, (count,), least=least, most=most, row="hour")

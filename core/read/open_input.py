@@ -74,6 +74,12 @@ def open_text(path):
     return io.TextIOWrapper(open_input(path), encoding="utf-8-sig", errors="replace")
 
 
+def read_text(path):
+    """All of a text file, as `open_text` opens it: str."""
+    with open_text(path) as file:
+        return file.read()
+
+
 class _Reporting(io.FileIO):
     """Raw bytes of a file; each read is reported."""
 

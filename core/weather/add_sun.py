@@ -33,7 +33,7 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
     """
     place = record.latitude, record.longitude
     sun = solar_position(record.data.index, interval, *place) if position is None else position
-    # Negative irradiance down to -1 W/m² comes from packing in the file or the dark signal of an instrument.
+    # Small negative irradiance comes from packing in the file or the dark signal of an instrument.
     given = {name: record.data[name].to_numpy(float).clip(min=0.0) for name in IRRADIANCES if name in record.data}
     irradiance = complete_irradiance(given, sun["apparent_zenith"].to_numpy(), horizon_cut)
     weather = {"pressure": np.full(len(sun), pvlib.atmosphere.alt2pres(record.altitude))}
@@ -41,7 +41,10 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
         if name in record.data:
             weather[name] = record.data[name].to_numpy(float)
     data = pd.DataFrame(irradiance | weather, index=sun.index).join(sun)[COLUMNS]
-    return Weather(data, interval, *place, record.altitude, record.label, list(record.notes))
+    columns = {name: record.columns.get(name, name) for name in record.data}
+    sources = " and ".join(columns[name] for name in given)
+    columns = {name: f"{name} (from {sources})" for name in irradiance} | columns
+    return Weather(data, interval, *place, record.altitude, record.label, list(record.notes), columns=columns)
 
 
 def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):

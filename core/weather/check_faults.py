@@ -32,13 +32,15 @@ LEAST_SPREAD = 5.0  # [K] standard deviation over a year; tables that are made u
 WARMEST = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
 
 
-def check_faults(year, source):
+def check_faults(year, days, source):
     """Refuse a year whose irradiance or temperature cannot be what its columns say.
 
     Parameters
     ----------
     year : Weather
         Complete, with the sun.
+    days : pandas.DataFrame
+        Of `cut_days`.
     source : str
         The file and the year, for messages.
 
@@ -53,11 +55,9 @@ def check_faults(year, source):
         Names the first day and a cure.
     """
     check_temperature(year.data["temp_air"], year.latitude, source)
-    days = cut_days(year)
     notes = check_dark_days(days, source)
     check_nights(year, source)
     check_flat(year, source)
-    check_summer_time(days, source)
     check_direct(year, source)
     return notes + check_brightness(days, source)
 
@@ -130,7 +130,8 @@ def check_flat(year, source):
     flat = np.flatnonzero((ends - starts >= width) & (ghi[starts] > NIGHT_LIGHT))
     if len(flat):
         first = starts[flat[0]]
-        problem = f"ghi is {ghi[first]:.0f} Wm⁻² for {(ends[flat[0]] - first) * (year.interval / HOUR):.0f} h on end"
+        hours = (ends[flat[0]] - first) * (year.interval / HOUR)
+        problem = f"{year.columns['ghi']} is {ghi[first]:.0f} Wm⁻² for {hours:.0f} h on end"
         raise InputError(source, f"{problem}, from {year.data.index[first]}", "fill the gap with measured values")
 
 
@@ -157,8 +158,9 @@ def check_direct(year, source):
     if strong.sum() > FEWEST:
         share = float(np.median(dhi[strong] / (dhi + dni * sine)[strong]))
         if share > MOST_DIFFUSE:
-            problem = f"{100 * share:.0f} % of the light is diffuse where DNI is above {STRONG:.0f} Wm⁻²"
-            raise InputError(source, problem, "check the column of DHI: it may be GHI")
+            strong = f"{year.columns['dni']} is above {STRONG:.0f} Wm⁻²"
+            problem = f"{100 * share:.0f} % of the light is diffuse where {strong}"
+            raise InputError(source, problem, f"check {year.columns['dhi']}: it may be GHI")
     middle = data.index + year.interval / 2
     place = year.latitude, year.longitude
     clear = clear_irradiance(data["apparent_zenith"], middle, place, year.altitude, data["pressure"].to_numpy())
@@ -169,8 +171,9 @@ def check_direct(year, source):
         return
     below, above = (float(np.quantile(ratio[chosen], 0.9)) for chosen in (low, high))
     if below < LEAST_LOW * above:
-        problem = f"DNI of clear hours is {below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
-        raise InputError(source, problem, "check the column of DNI: it may be the direct light on a horizontal plane")
+        problem = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
+        problem = f"{year.columns['dni']} of clear hours is {problem}"
+        raise InputError(source, problem, "check this column: it may be the direct light on a horizontal plane")
 
 
 def check_brightness(days, source):

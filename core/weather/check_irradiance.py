@@ -22,16 +22,13 @@ LEAST_DIFFUSE = 0.6  # share of diffuse light under an overcast sky, median
 FEWEST_DULL = 24  # overcast hours needed for the check
 
 
-def check_irradiance(data, interval, latitude, longitude, source):
+def check_irradiance(year, source):
     """Refuse irradiance beyond physical limits, years too dark or bright, and direct light from overcast skies.
 
     Parameters
     ----------
-    data : pandas.DataFrame
-        ghi and dhi [Wm⁻²] of about a year; index: tz-aware start of each interval.
-    interval : pandas.Timedelta
-    latitude, longitude : float
-        [°]
+    year : Weather
+        Complete, with the sun.
     source : str
         The file and the year, for messages.
 
@@ -48,8 +45,9 @@ def check_irradiance(data, interval, latitude, longitude, source):
     The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`. D. G. Erbs et al. (1982),
     :doi:`10.1016/0038-092X(82)90302-4`: with a clearness below 0.22 the diffuse fraction is at least 0.98.
     """
+    data, interval = year.data, year.interval
     middle = data.index + interval / 2
-    track = sun_track(middle, latitude, longitude)
+    track = sun_track(middle, year.latitude, year.longitude)
     cos_zenith = track.cos_zenith()
     half = interval / pd.Timedelta(minutes=2)
     highest = np.maximum(cos_zenith, np.maximum(track.cos_zenith(-half), track.cos_zenith(half)))
@@ -60,12 +58,12 @@ def check_irradiance(data, interval, latitude, longitude, source):
         if above.sum() > MOST_ABOVE * max(day.sum(), 1):
             limit = f"{factor:g} S cos(z)^{exponent:g} + {offset:g} Wm⁻²"
             share = 100 * above.sum() / day.sum()
-            problem = f"{share:.0f} % of daytime {name} exceeds what is physically possible ({limit})"
+            problem = f"{share:.0f} % of daytime {year.columns[name]} exceeds what is physically possible ({limit})"
             raise InputError(source, problem, cure_of_factor(ghi, highest, interval))
     found, most = (values.sum() * (interval / HOUR) / 1000.0 for values in (ghi, outside))
     if most and not LEAST_CLEARNESS <= found / most <= MOST_CLEARNESS:
-        problem = f"{found:.3g} kWh/m² of ghi per year; at this latitude {LEAST_CLEARNESS * most:.0f} to"
-        problem += f" {MOST_CLEARNESS * most:.0f} are plausible"
+        plausible = f"{LEAST_CLEARNESS * most:.0f} to {MOST_CLEARNESS * most:.0f}"
+        problem = f"{found:.3g} kWh/m² of {year.columns['ghi']} per year; at this latitude {plausible} are plausible"
         raise InputError(source, problem, cure_of_factor(ghi, cos_zenith, interval))
     # A direct column that contains GHI gives one half under skies whose diffuse fraction is at least 0.98.
     dull = (cos_zenith > HIGH) & (ghi < OVERCAST * outside) & (ghi > 0)
@@ -76,15 +74,15 @@ def check_irradiance(data, interval, latitude, longitude, source):
             raise InputError(source, problem, "check the direct column: it may contain global irradiance")
 
 
-def check_given(given, dni, source):
+def check_given(given, year, source):
     """Refuse columns that are 0 in a year in which others show light, and a year without any direct light.
 
     Parameters
     ----------
     given : pandas.DataFrame
         Those of ghi, dhi and dni that the file has [Wm⁻²].
-    dni : (t,) float
-        As given or computed [Wm⁻²].
+    year : Weather
+        Made of them.
     source : str
         The file and the year, for messages.
 
@@ -96,9 +94,11 @@ def check_given(given, dni, source):
     dark = [name for name in given if name not in lit]
     if lit and dark:
         enough = f"leave it out with --weather-without {dark[0]}" if len(lit) > 1 else "give a file that has it"
-        raise InputError(source, f"{dark[0]} is 0 all year, {' and '.join(lit)} not", enough)
-    if lit and not np.any(dni):
-        raise InputError(source, "no direct light all year: DHI is never less than GHI", "check these columns")
+        shining = " and ".join(year.columns[name] for name in lit)
+        raise InputError(source, f"{year.columns[dark[0]]} is 0 all year, {shining} not", enough)
+    if lit and not year.data["dni"].any():
+        problem = f"no direct light all year: {year.columns['dhi']} is never less than {year.columns['ghi']}"
+        raise InputError(source, problem, "check these columns")
 
 
 def cure_of_factor(ghi, cos_zenith, interval):

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from ..settings.errors import InputError
+from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
-from .check_faults import check_faults
+from .check_faults import check_faults, check_summer_time, cut_days
 from .check_irradiance import check_given, check_irradiance
 from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
@@ -19,15 +20,18 @@ from .weather import IRRADIANCES
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
 SHORTEST_YEAR = pd.Timedelta(days=350)
+MOST_SHIFT = 90  # [min] beyond which light lies in other hours than the sun, and its middle tells nothing
 LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
-    **dict.fromkeys(IRRADIANCES, (-1.0, 2000.0, "Wm⁻²")),
+    **dict.fromkeys(IRRADIANCES, (-20.0, 2000.0, "Wm⁻²")),
     "temp_air": (-95.0, 70.0, "°C"),
     "wind_speed": (0.0, 120.0, "ms⁻¹"),
     "pressure": (30e3, 115e3, "Pa"),
 }
+# Instruments lose heat to the night sky (Dutton et al. 2001); by day BSRN allows -4 Wm⁻² (Long and Shi 2008).
+LEAST_BY_DAY, PACKED = -4.0, -1.0  # [Wm⁻²]; down to the latter files are imprecise by packing, which no note says
 
 
 def check_weather(record):
@@ -61,9 +65,9 @@ def check_weather(record):
     for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
         unknown = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
         if len(unknown):
-            place = f"{name} is missing at {record.data.index[unknown[0]]} ({len(unknown)} values in total)"
-            raise InputError(record.source, place, "fill the missing values")
-    check_values(record, lowest_only=True)
+            place = f"{record.columns.get(name, name)} is missing at {record.data.index[unknown[0]]}"
+            raise InputError(record.source, f"{place} ({len(unknown)} values in total)", "fill the missing values")
+    check_values(record.data, record.columns, record.source, lowest_only=True)
     return interval
 
 
@@ -126,24 +130,54 @@ def skips_leap_day(times, interval):
     return np.asarray((times[1:] - times[:-1] == DAY + interval) & leap_day)
 
 
-def check_values(record, *, lowest_only=False):
+def check_values(data, columns, source, *, lowest_only=False, cure=None):
     """Refuse impossible values, naming the first time.
 
     Parameters
     ----------
-    record : Record
+    data : pandas.DataFrame
+        Of a Record or a Weather.
+    columns : dict of str to str
+        What the file calls them.
+    source : str
+        The file, for messages.
     lowest_only : bool
         Check the lower bounds only.
+    cure : str, optional
+        By default to give values within the bounds.
     """
-    for name, (lowest, highest, unit) in LIMITS.items():
-        if name not in record.data.columns:
-            continue
-        values = record.data[name].to_numpy(dtype=float)
+    for name in [name for name in LIMITS if name in data]:
+        lowest, highest, unit = LIMITS[name]
+        values = data[name].to_numpy(dtype=float)
         outside = np.flatnonzero((values < lowest) | ((values > highest) & (not lowest_only)))
         if len(outside):
             first = outside[0]
-            place = f"{name} is {values[first]:g} {unit} at {record.data.index[first]}"
-            raise InputError(record.source, place, f"give values from {lowest:g} to {highest:g} {unit}")
+            problem = f"{columns.get(name, name)} is {values[first]:g} {unit} at {data.index[first]}"
+            raise InputError(source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}")
+
+
+def check_negative(given, year, source):
+    """Refuse light below zero by day, and note what is taken as 0 at night: list of str.
+
+    Parameters
+    ----------
+    given : pandas.DataFrame
+        Those of ghi, dhi and dni that the file has, as they stand there [Wm⁻²].
+    year : Weather
+    source : str
+        The file and the year, for messages.
+    """
+    day, notes = is_sunny(year.data["apparent_zenith"].to_numpy()), []
+    for name, column in given.items():
+        values, words = column.to_numpy(float), year.columns[name]
+        wrong = np.flatnonzero(day & (values < LEAST_BY_DAY))
+        if len(wrong):
+            problem = f"{words} is {values[wrong[0]]:g} Wm⁻² at {given.index[wrong[0]]}, by day"
+            raise InputError(source, problem, f"give values from {LEAST_BY_DAY:g} Wm⁻²")
+        small = values < PACKED
+        if small.any():
+            notes.append(f"{small.sum():,} values of {words} below zero, down to {values.min():.1f} Wm⁻², count as 0")
+    return notes
 
 
 def check_years(record, interval, position):
@@ -162,18 +196,24 @@ def check_years(record, interval, position):
     dict
         Year, as a string -> fields of `SunTimes`.
     """
-    given = record.data[[name for name in IRRADIANCES if name in record.data]].clip(lower=0.0)
-    found = {}
+    raw = record.data[[name for name in IRRADIANCES if name in record.data]]
+    given, found = raw.clip(lower=0.0), {}
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
         complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
-        whole = complete.data
-        check_given(given.iloc[rows], whole["dni"].to_numpy(), source)
+        notes = check_negative(raw.iloc[rows], complete, source)
+        check_given(given.iloc[rows], complete, source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
+        # Before the shift that would fit on average: none mends summer time.
+        days = cut_days(complete)
+        if abs(times.daylight_shift or 0) <= MOST_SHIFT:
+            check_summer_time(days, source)
         check_shift(times, source)
-        check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)
+        check_irradiance(complete, source)
         check_closure(times, source)
-        times.unlikely = check_faults(complete, source)
+        times.unlikely = notes + check_faults(complete, days, source)
+        derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
+        check_values(derived, complete.columns, source, cure="check these columns at that time")
         found[year] = asdict(times)
     return found
 

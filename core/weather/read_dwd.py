@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..read.open_input import open_text
+from ..read.open_input import read_text
 from ..settings.errors import InputError
 from .weather import TYPICAL_YEAR, Record
 
@@ -41,8 +41,7 @@ def read_dwd(path, place=None):
     Record
     """
     path = Path(path)
-    with open_text(path) as file:
-        lines = file.read().splitlines()
+    lines = read_text(path).splitlines()
     head = [line.lstrip("# ") for line in lines if line.startswith("#")]
     names = next((line.split() for line in head if "G_Bh" in line), None)
     if names is None:
@@ -65,7 +64,8 @@ def read_dwd(path, place=None):
         what = f"the last {missing} h of {year} (night) are missing in {path.name}"
         notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
-    return Record(table, *(place or find_place(path, head)), str(path), f"DWD {path.name}", notes)
+    own, label = place or find_place(path, head), f"DWD {path.name}"
+    return Record(table, *own, str(path), label, notes, name_sums(TABLE_COLUMNS))
 
 
 def read_columns(path, names, rows, columns):
@@ -115,8 +115,7 @@ def read_try(path, place=None):
     Record
     """
     path = Path(path)
-    with open_text(path) as file:
-        lines = file.read().splitlines()
+    lines = read_text(path).splitlines()
     names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
     rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
     table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": ("p",), "hour": ("HH",), "day": ("DD",)})
@@ -138,4 +137,9 @@ def read_try(path, place=None):
         globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
         place = round(latitude, 5), round(longitude, 5), values[2]
-    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)")
+    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)", columns=name_sums(TRY_COLUMNS))
+
+
+def name_sums(columns):
+    """What a file calls our variables: "G_Bh + G_Dh"."""
+    return {name: " + ".join(parts) for name, parts in columns.items()}

@@ -41,6 +41,7 @@ NEEDED = ("ssrd", "fdir", "t2m")
 WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
+COLUMNS = {"ghi": "ssrd", "dhi": "ssrd - fdir", "temp_air": "t2m", "wind_speed": "wind", "pressure": "sp"}
 CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
 
 
@@ -76,7 +77,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     check_variables(source, set(table))
     # The values are those of the grid; the sun is that of the requested place.
     label = f"ERA5 {names} ({point}: {place})"
-    return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label)
+    return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label, columns=COLUMNS)
 
 
 def check_variables(source, names):

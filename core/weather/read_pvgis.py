@@ -12,11 +12,11 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..read.open_input import open_text
+from ..read.open_input import read_text
 from ..settings.errors import InputError
 from .weather import Record, coerce_year
 
-NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
+COLUMNS = {"ghi": "G(h)", "dhi": "Gd(h)", "dni": "Gb(n)", "temp_air": "T2m", "wind_speed": "WS10m", "pressure": "SP"}
 PLACE = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
 HALF_HOUR = pd.Timedelta(minutes=30)
 LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
@@ -44,8 +44,7 @@ def read_pvgis(path, file_format):
     Record
     """
     path = Path(path)
-    with open_text(path) as file:
-        text = file.read()
+    text = read_text(path)
     if file_format == "csv":
         hourly, typical = "\ntime," in text, "time(UTC)" in text
     else:
@@ -80,12 +79,13 @@ def read_typical(path, text, file_format):
     table, _ = pvlib.iotools.read_pvgis_tmy(source, pvgis_format=file_format)
     latitude, longitude, altitude, offset = map(float, place)
     data = lay_intervals(table, offset)
-    return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
+    label = f"PVGIS {path.name} (typical year)"
+    return Record(data, latitude, longitude, altitude, str(path), label, columns=COLUMNS)
 
 
 def lay_intervals(table, offset):
     """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time offset [h]."""
-    data = table[[name for name in NAMES if name in table]].astype(float)
+    data = table[[name for name in COLUMNS if name in table]].astype(float)
     times = pd.DatetimeIndex(data.index)
     data.index = times.tz_localize("UTC") if times.tz is None else times.tz_convert("UTC")
     data, _ = coerce_year(data)
@@ -111,7 +111,8 @@ def read_hourly(path, text, file_format):
     data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
     data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
     latitude, longitude, altitude = (float(place[name]) for name in ("latitude", "longitude", "elevation"))
-    return Record(data.astype(float), latitude, longitude, altitude, str(path), f"PVGIS {path.name} (hourly series)")
+    label, columns = f"PVGIS {path.name} (hourly series)", COLUMNS | {"ghi": "Gb(i) + Gd(i)", "dhi": "Gd(i)"}
+    return Record(data.astype(float), latitude, longitude, altitude, str(path), label, columns=columns)
 
 
 def download_pvgis(latitude, longitude, url=None):
@@ -153,4 +154,4 @@ def download_pvgis(latitude, longitude, url=None):
             "--weather pvgis", f"{address} sent no typical year ({type(error).__name__})", NO_NETWORK
         ) from error
     label = f"PVGIS {place['latitude']:g}°, {place['longitude']:g}° (typical year, downloaded)"
-    return Record(data, place["latitude"], place["longitude"], altitude, "pvgis", label)
+    return Record(data, place["latitude"], place["longitude"], altitude, "pvgis", label, columns=COLUMNS)

@@ -1,4 +1,7 @@
-"""Files of weather stations: EnergyPlus weather (EPW), and TMY3 and PSM of the US National Solar Radiation Database."""
+"""Files of weather stations: EnergyPlus weather (EPW), and TMY3 and PSM of the US National Solar Radiation Database.
+
+Each reader takes the path of a file, which may be gz-compressed, and returns a Record.
+"""
 
 import csv
 import io
@@ -9,13 +12,21 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..read.open_input import open_text
+from ..read.open_input import open_text, read_text
 from ..settings.errors import InputError
 from .weather import Record, coerce_year, read_numbers
 
 # Column of the file, and our variable; units of the TMY3 stand in its names. Years of other sources in that format have
 # a subset of its columns.
-EPW = {name: name for name in ("ghi", "dhi", "dni", "temp_air", "wind_speed")} | {"atmospheric_pressure": "pressure"}
+EPW = {
+    "Global Horizontal Radiation": "ghi",
+    "Diffuse Horizontal Radiation": "dhi",
+    "Direct Normal Radiation": "dni",
+    "Dry Bulb Temperature": "temp_air",
+    "Wind Speed": "wind_speed",
+    "Atmospheric Station Pressure": "pressure",
+}
+PVLIB = {"Atmospheric Station Pressure": "atmospheric_pressure"}  # pvlib's name of a column of EPW, where not ours
 TMY3 = {
     "GHI (W/m^2)": "ghi",
     "DHI (W/m^2)": "dhi",
@@ -32,7 +43,7 @@ EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_sp
 TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 
 HOUR = pd.Timedelta(hours=1)
-HEADER_LINES = 8  # of EPW
+HEADER_LINES, EPW_COLUMNS = 8, 35
 OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
@@ -50,21 +61,13 @@ def read_epw(path):
     In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the header of its csv, in
     hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row of
     hour h in EPW has the image stamped h, so the image was taken one hour plus the offset after h.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; may be gz-compressed.
-
-    Returns
-    -------
-    Record
     """
     path = Path(path)
-    with open_text(path) as file:
-        text = file.read()
+    text = read_text(path)
+    check_width(path, text)
     table, place = pvlib.iotools.read_epw(io.StringIO(text))
-    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in EPW.items()}, index=table.index)
+    table = table.rename(columns={PVLIB.get(name, ours): name for name, ours in EPW.items()})
+    data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
     for name, mark in EPW_MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
     # Pressure can be computed from the altitude of the station; the other variables have no substitute.
@@ -80,7 +83,27 @@ def read_epw(path):
         words = f"irradiance of images {after:+.4f} h from the end of the hour"
         notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")
     label = f"EPW {path.name} ({place['city'].strip()}{', typical year' if typical else ''})"
-    return Record(data, place["latitude"], place["longitude"], place["altitude"], str(path), label, notes)
+    place = place["latitude"], place["longitude"], place["altitude"]
+    return Record(data, *place, str(path), label, notes, {ours: name for name, ours in EPW.items()})
+
+
+def check_width(path, text):
+    """Refuse an EPW whose rows have fewer columns than the format: EnergyPlus does without the last three."""
+    row = next(islice(io.StringIO(text), HEADER_LINES, None), "")
+    missing = EPW_COLUMNS - 1 - row.count(",")
+    if row.strip() and missing > 0:
+        problem = f"its rows have {EPW_COLUMNS - missing} columns, an EPW has {EPW_COLUMNS}"
+        ends = f"type: sed '{HEADER_LINES + 1},$ s/[[:space:]]*$/{',0' * missing}/' {path} > new.epw"
+        raise InputError(path, problem, f"if the last ones lack (albedo, rain; not used here), {ends}")
+
+
+def take_columns(path, table, names, missing=None):
+    """Those of our variables that a table has, by `names` (the file's name -> ours); pressure in the file's unit.
+
+    Numbers at or below `missing` are missing values; a column without any value is as good as none.
+    """
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in names.items() if name in table})
+    return data if missing is None else data.dropna(axis=1, how="all").mask(data <= missing)
 
 
 def read_tmy3(path):
@@ -90,15 +113,6 @@ def read_tmy3(path):
     calendar year. Files saved by other programs may quote their whole first line as one field, and begin with a copy of
     the last row, to start at midnight: a row that repeats another in time and all values is dropped, as noted in the
     label.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; may be gz-compressed.
-
-    Returns
-    -------
-    Record
     """
     path = Path(path)
     with open_text(path) as file:
@@ -112,10 +126,7 @@ def read_tmy3(path):
     table.columns = [re.sub(r"\)+$", ")", str(name).strip()) for name in table.columns]
     copies = table.duplicated().to_numpy()
     table = table[~copies]
-    # A column without any value is as good as none.
-    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in TMY3.items() if name in table})
-    data = data.dropna(axis=1, how="all")
-    data = data.mask(data <= TMY3_MISSING)
+    data = take_columns(path, table, TMY3, TMY3_MISSING)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa
     data.index = read_starts(path, table).tz_localize(int(3600 * zone))
@@ -123,7 +134,8 @@ def read_tmy3(path):
     data.index = data.index.tz_convert("UTC")
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
     label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
-    return Record(data, latitude, longitude, altitude, str(path), label)
+    columns = {ours: name for name, ours in TMY3.items()}
+    return Record(data, latitude, longitude, altitude, str(path), label, columns=columns)
 
 
 def read_starts(path, table):
@@ -154,15 +166,6 @@ def read_psm(path):
     Values are instantaneous at their stamps (satellite images; at half past in hourly files): the interval is centred
     on the stamp. A typical year (TMY) is put into one calendar year. Files of other sources that SAM reads, too, are
     refused: their stamps and columns have other meanings.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; may be gz-compressed.
-
-    Returns
-    -------
-    Record
     """
     path = Path(path)
     with open_text(path) as file:
@@ -175,8 +178,7 @@ def read_psm(path):
         # Programs that save the file fill its rows up with empty fields.
         table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
     table = table.set_axis(names[: table.shape[1]], axis=1)
-    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in PSM.items() if name in table})
-    data = data.mask(data <= PSM_MISSING)
+    data = take_columns(path, table, PSM, PSM_MISSING)
     if "pressure" in data:
         data["pressure"] *= PASCALS[place.get("Pressure Units", "mbar").strip().lower()]
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
@@ -190,4 +192,5 @@ def read_psm(path):
     data.index = data.index.tz_convert("UTC") - interval / 2
     label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
     latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
-    return Record(data, latitude, longitude, altitude, str(path), label)
+    columns = {ours: name for name, ours in PSM.items()}
+    return Record(data, latitude, longitude, altitude, str(path), label, columns=columns)

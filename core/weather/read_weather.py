@@ -1,10 +1,12 @@
 """Read weather from any source: recognise the format, read, check, and add the sun."""
 
 import gzip
+import re
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..read.parse_json import speaks_of_cityjson
 from ..settings.errors import InputError
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
@@ -73,11 +75,21 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         records = [download_pvgis(latitude, longitude)]
     else:
         records = read_files([Path(one) for one in sources], (latitude, longitude, altitude), reading)
-    record = change_record(join_records(records), reading.time_shift, reading.without)
+    return check_record(change_record(join_records(records), reading.time_shift, reading.without), reading.horizon_cut)
+
+
+def check_record(record, horizon_cut="measured"):
+    """Weather of the Record of some files, with all checks: `horizon_cut` as in `add_sun`.
+
+    Raises
+    ------
+    InputError
+        What the file says cannot be.
+    """
     interval = check_weather(record)
-    weather = add_sun(record, interval, reading.horizon_cut)
+    weather = add_sun(record, interval, horizon_cut)
     weather.checks = check_years(record, interval, weather.data[POSITION])
-    check_values(record)
+    check_values(record.data, record.columns, record.source)
     weather.notes += describe_checks(record, interval, weather.checks)
     return weather
 
@@ -192,6 +204,9 @@ def recognise_weather(path):
     if head.startswith((b"CDF", b"\x89HDF")) or zipfile.is_zipfile(path):
         return "era5"
     text = head.decode("utf-8-sig", errors="replace")
+    city = name_city(path, text)
+    if city:
+        raise InputError(path, f"is a city ({city}), not weather", "give it before the options, as CITY; " + CURE)
     lines = text.splitlines()
     marks = {
         "epw": lines[0].startswith("LOCATION,"),
@@ -201,9 +216,18 @@ def recognise_weather(path):
         "psm": len(lines) > 2 and lines[2].replace('"', "").lower().startswith("year,month,day,"),
         "dwd": any(line.startswith("#") and "G_Bh" in line for line in lines),
         "try": any(line.startswith("Rechtswert") for line in lines),
-        "csv": any(sign in text for sign in ",;\t") and "\x00" not in text,
+        "csv": any(sign in text for sign in ",;\t") and "\x00" not in text and not text.startswith("<"),
     }
     for kind, found in marks.items():
         if found:
             return kind
     raise InputError(path, "is not in a known weather format", CURE)
+
+
+def name_city(path, text):
+    """What a file of buildings is, by its beginning: "CityGML", "CityJSON", "OBJ"; None for others."""
+    if text.lstrip().startswith("<"):
+        return "CityGML" if "CityModel" in text else None
+    if text.lstrip()[:1] in ("{", "["):
+        return "CityJSON" if speaks_of_cityjson(path) else None
+    return "OBJ" if re.search(r"^v( +[-+.\deE]+){3}", text, re.MULTILINE) else None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..read.open_input import open_text
+from ..read.open_input import read_text
 from ..settings.errors import InputError
 from .weather import Record, read_numbers
 
@@ -35,8 +35,7 @@ def read_weather_csv(path, latitude, longitude, altitude):
     Record
     """
     path = Path(path)
-    with open_text(path) as file:
-        text = file.read()
+    text = read_text(path)
     header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     if header.count(",") < 2 and re.search(r"[;\t]", header):
         raise InputError(path, "its columns are separated by other signs than commas", COMMAS)
@@ -45,8 +44,8 @@ def read_weather_csv(path, latitude, longitude, altitude):
     except pd.errors.ParserError as error:
         problem = f"a row has more fields than the header ({' '.join(str(error).split('error: ')[-1].split())})"
         raise InputError(path, problem, COMMAS) from error
-    names = [str(name).strip() for name in table.iloc[0]]
-    names = [name.lower() if name.lower() in NAMES else name for name in names]
+    given = [str(name).strip() for name in table.iloc[0]]
+    names = [name.lower() if name.lower() in NAMES else name for name in given]
     twice = [name for name in NAMES if names.count(name) > 1]
     if twice:
         raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
@@ -59,7 +58,8 @@ def read_weather_csv(path, latitude, longitude, altitude):
         raise InputError(path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure")
     times = read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
-    return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}")
+    columns = dict(zip(table.columns, given, strict=True))
+    return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}", columns=columns)
 
 
 def read_times(path, column):

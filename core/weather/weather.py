@@ -29,6 +29,7 @@ class Weather:
     label: str  # shown with the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
     notes: list = field(default_factory=list)  # of str: findings on the file, for the user
     checks: dict = field(default_factory=dict)  # year -> fields of SunTimes: how well the irradiance fits the sun
+    columns: dict = field(default_factory=dict)  # column of data -> what its file calls it, or what it follows from
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
@@ -59,6 +60,7 @@ class Record:
     source: str  # the file, for messages
     label: str  # shown with the results
     notes: list = field(default_factory=list)  # of str: what the user should know about the file
+    columns: dict = field(default_factory=dict)  # column of data -> what the file calls it, where that is another name
 
 
 def join_records(records):

@@ -2,6 +2,8 @@
 
 import gzip
 import json
+import re
+import subprocess
 
 import numpy as np
 import pandas as pd
@@ -12,16 +14,21 @@ from weathers import (
     BERLIN,
     ERA5,
     HOUR,
+    POTSDAM_2018,
     PVGIS,
+    STOCKHOLM,
     TMY3,
     annual_sums,
     direct_horizontal,
+    lines_of,
     plain_table,
     refuse,
+    write_lines,
     write_table,
     year_of,
 )
 
+from citypv.core.energy.check_inputs import check_hours
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
@@ -148,7 +155,15 @@ def test_files_that_are_no_weather(tmp_path):
         ("cut.epw", b"LOCATION,Nowhere,-,USA,TMY3,1,10.0,10.0,1.0,5.0\nDESIGN", "full year"),
         ("head.epw", b"LOCATION,Nowhere\n", "cannot be read as epw"),
         ("cut.json", b'{"inputs": {"loc', "not JSON"),
-        ("other.json", b'{"type": "CityJSON"}', "PVGIS"),
+        ("other.json", b'{"outputs": {}}', "PVGIS"),
+        (
+            "city.json",
+            b'{"type": "CityJSON"}',
+            "is a city (CityJSON), not weather; give it before the options, as CITY",
+        ),
+        ("city.gml", b'<?xml version="1.0"?>\n<CityModel xmlns="a,b"/>', "is a city (CityGML)"),
+        ("city.obj", b"# a, b\nv 0.5 1 -2\nv 1e3 2 3\nv 1 2 3\nf 1 2 3\n", "is a city (OBJ)"),
+        ("page.html", b"<html><body>Not found, sorry</body>", "not in a known weather format"),
         ("cut.nc", ERA5.read_bytes()[:300], "NetCDF"),
         ("cut_at_the_end.nc", ERA5.read_bytes()[:-3], "NetCDF"),
         ("cut.csv.gz", PVGIS.read_bytes()[:50_000], "cut.csv.gz"),
@@ -158,6 +173,37 @@ def test_files_that_are_no_weather(tmp_path):
         path = tmp_path / name
         path.write_bytes(content)
         refuse(path, word)
+
+
+@pytest.mark.parametrize("dropped", [1, 3])
+def test_an_epw_without_its_last_columns_has_a_cure_that_works(tmp_path, dropped):
+    """As of TMY2: without albedo and rain; the cure is typed as it stands."""
+    lines = lines_of(BARROW)
+    path = write_lines(tmp_path / "short.epw", [*lines[:8], *(line.rsplit(",", dropped)[0] for line in lines[8:])])
+    with pytest.raises(InputError, match=f"its rows have {35 - dropped} columns, an EPW has 35") as caught:
+        read_weather(path, 71.3, -156.6)
+    subprocess.run(caught.value.cure.split("type: ")[1], shell=True, cwd=tmp_path, check=True)
+    again = read_weather(tmp_path / "new.epw", 71.3, -156.6)
+    np.testing.assert_array_equal(again.data["ghi"], read_weather(BARROW, 71.3, -156.6).data["ghi"])
+
+
+@pytest.mark.parametrize(
+    ("path", "names"),
+    [
+        (BARROW, {"ghi": "Global Horizontal Radiation", "dni": "Direct Normal Radiation"}),
+        (TMY3, {"ghi": "GHI (W/m^2)", "dhi": "DHI (W/m^2)", "temp_air": "Dry-bulb (C)"}),
+        (STOCKHOLM, {"dhi": "DHI", "wind_speed": "Wind Speed"}),
+        (POTSDAM_2018, {"ghi": "G_Bh + G_Dh", "dni": "dni (from G_Bh + G_Dh and G_Dh)", "temp_air": "Ta"}),
+        (PVGIS, {"ghi": "G(h)", "dni": "Gb(n)"}),
+        (ERA5, {"dhi": "ssrd - fdir", "dni": "dni (from ssrd and ssrd - fdir)"}),
+    ],
+)
+def test_messages_use_the_names_of_the_file(path, names):
+    weather = read_weather(path, *BERLIN)
+    assert {name: weather.columns[name] for name in names} == names
+    weather.data.loc[weather.data.index[416], "dni"] = 2068.0
+    with pytest.raises(InputError, match=re.escape(f"{weather.columns['dni']} of the weather: hour 416 is 2068")):
+        check_hours(weather)
 
 
 def test_tables_with_faults(tmp_path):

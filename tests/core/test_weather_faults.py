@@ -1,6 +1,7 @@
 """Faults put into real records: each is found by what it does to the light, and the records as they are pass."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.check_faults import check_faults
-from citypv.core.weather.read_weather import read_file, recognise_weather
+from citypv.core.weather.check_faults import check_faults, check_summer_time, cut_days
+from citypv.core.weather.read_weather import check_record, read_file, recognise_weather
+from citypv.core.weather.weather import change_record
 
 DATA = Path(__file__).parents[1] / "data" / "weather"
 HOUR = pd.Timedelta(hours=1)
@@ -19,26 +21,39 @@ RECORDS = {
     "Potsdam": "Germany_Potsdam_2018_DWD.txt.gz",
     "Santiago": "CHL_Santiago_TMYx.epw.gz",
     "Utqiagvik": "USA_AK_Barrow_TMY3.epw.gz",
+    "Po valley": "pvgis_tmy_45.000_8.000_2005_2023.csv.gz",
 }
 LIGHT = ["ghi", "dhi", "dni"]
 
 
-def year_of_record(name):
+@cache
+def read_record(name):
     """Record of a station with all three irradiances, as they belong together."""
     path = DATA / RECORDS[name]
     kind = recognise_weather(path)
     place = (52.38, 13.06, 81.0)
     record = read_file(path, kind, place, place if kind == "dwd" else None)
-    return replace(record, data=add_sun(record, HOUR).data[[*LIGHT, "temp_air", "wind_speed", "pressure"]])
+    data = add_sun(record, HOUR).data[[*LIGHT, "temp_air", "wind_speed", "pressure"]]
+    return replace(record, data=data, columns={})
 
 
-def check(record):
-    return check_faults(add_sun(record, HOUR), "a year")
+def year_of_record(name, columns=LIGHT):
+    """A copy with some of the three, to put faults into."""
+    record = read_record(name)
+    return replace(record, data=record.data[[*columns, "temp_air", "wind_speed", "pressure"]].copy())
+
+
+def faults_of(record):
+    """Notes on what is unlikely in a record that passes the checks of faults."""
+    year = add_sun(record, HOUR)
+    days = cut_days(year)
+    check_summer_time(days, "a year")
+    return check_faults(year, days, "a year")
 
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_real_records_pass(name):
-    assert check(year_of_record(name)) == []
+    assert len(faults_of(year_of_record(name))) == (1 if name == "Po valley" else 0)  # of which two days are dark
 
 
 def gap_of_zeros(data):
@@ -78,7 +93,7 @@ FAULTS = {
     global_as_diffuse: "it may be GHI",
     horizontal_as_dni: "direct light on a horizontal plane",
     quarter_more: "more light than the cleanest air lets through",
-    summer_time: "summer time",
+    summer_time: "summer time; give times without",
     fahrenheit: "°F would be",
 }
 
@@ -89,14 +104,22 @@ def test_a_fault_is_refused(name, fault):
     record = year_of_record(name)
     fault(record.data)
     with pytest.raises(InputError, match=FAULTS[fault]):
-        check(record)
+        faults_of(record)
+
+
+@pytest.mark.parametrize(("name", "shift"), [("Santiago", 0), ("Po valley", -30)])
+def test_no_shift_mends_summer_time(name, shift):
+    record = year_of_record(name)
+    summer_time(record.data)
+    with pytest.raises(InputError, match=r"summer time; .*--time-shift cannot mend it"):
+        check_record(change_record(record, shift))  # all checks, of which that of a shift comes later
 
 
 def test_a_day_or_two_of_zeros_are_noted():
     """Weather services have such days: Potsdam's of 2016 and 2017, and PVGIS' typical year of the Po valley."""
     record = year_of_record("Potsdam")
     record.data.loc["2018-05-03":"2018-05-04", LIGHT] = 0.0
-    (note,) = check(record)
+    (note,) = faults_of(record)
     assert note.startswith(("no light on 1 day", "no light on 2 days")) and "2018-05-0" in note
 
 
@@ -104,9 +127,34 @@ def test_gaps_under_a_sun_that_does_not_set():
     record = year_of_record("Utqiagvik")
     gap_of_means(record.data)
     with pytest.raises(InputError, match="h on end"):
-        check(record)
+        faults_of(record)
 
 
 def test_one_temperature_all_year_is_no_fault():
     record = year_of_record("Potsdam")
-    assert check(replace(record, data=record.data.assign(temp_air=np.full(len(record.data), 25.0)))) == []
+    assert faults_of(replace(record, data=record.data.assign(temp_air=np.full(len(record.data), 25.0)))) == []
+
+
+def test_the_dark_signal_of_an_instrument_counts_as_0_with_a_note():
+    """Pyranometers lose heat to the night sky: -5 Wm⁻² in every hour of darkness, which a file without a cure keeps."""
+    record = year_of_record("New York", ["ghi", "dhi"])
+    night = record.data["ghi"] == 0
+    record.data.loc[night, "ghi"] = -5.0
+    weather = check_record(replace(record, columns={"ghi": "SR01"}))
+    assert f"2021: {night.sum():,} values of SR01 below zero, down to -5.0 Wm⁻², count as 0" in weather.notes
+    assert weather.data.loc[night, LIGHT].eq(0).all(axis=None)
+    record.data.loc[~night & (record.data.index.hour == 17), "ghi"] = -5.0
+    with pytest.raises(InputError, match=r"ghi is -5 Wm⁻² at .*, by day; give values from -4"):
+        check_record(record)
+    record.data.loc[night, "ghi"] = -99.0
+    with pytest.raises(InputError, match="ghi is -99 Wm⁻²"):
+        check_record(record)
+
+
+def test_direct_light_that_ghi_and_dhi_cannot_leave_is_named_by_these():
+    record = year_of_record("Potsdam", ["ghi", "dhi"])
+    low = add_sun(record, HOUR).data["apparent_zenith"].between(86, 87)
+    hour = record.data.index[low][0]
+    record.data.loc[hour, ["ghi", "dhi"]] = 170.0, 10.0
+    with pytest.raises(InputError, match=rf"dni \(from G and D\) is 2\d\d\d\S* Wm⁻² at {hour.year}.*these columns"):
+        check_record(replace(record, columns={"ghi": "G", "dhi": "D"}))

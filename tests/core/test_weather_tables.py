@@ -135,7 +135,8 @@ def test_csv_as_spreadsheets_write_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("path", "field", "row", "column"), [(BARROW, 13, 4008, "ghi"), (STOCKHOLM, 6, 4003, "DHI"), (TMY3, 2, 4002, "GHI")]
+    ("path", "field", "row", "column"),
+    [(BARROW, 13, 4008, "Global Horizontal Radiation"), (STOCKHOLM, 6, 4003, "DHI"), (TMY3, 2, 4002, "GHI")],
 )
 def test_words_among_numbers_are_named_by_row(tmp_path, path, field, row, column):
     lines = lines_of(path)
