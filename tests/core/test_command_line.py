@@ -183,7 +183,7 @@ def test_inspect_and_effects(city, capsys):
     assert 10 * effects["reflections"]["share_standard_error"] < effects["reflections"]["share"] < 0.5
     assert all(effects[key]["share"] for key in ("aoi", "spectrum", "temperature", "far-ground"))
     assert 0 < effects["reflections"]["bound"] < 0.01
-    assert main(["effects", str(city)]) == 0
+    assert main(["effects", str(city), "--suns", "days:2", "--samples", "64", "--shadow-samples", "4"]) == 0
     assert "until what is left is below" in capsys.readouterr().out
     assert main(["inspect", str(city)]) == 0
     assert "buildings    3" in capsys.readouterr().out

@@ -54,7 +54,7 @@ def test_far_ground_off_leaves_the_sky_only():
     ("bounces", "samples", "largest"),
     [
         *((bounces, 20_000, 0.0015) for bounces in range(3)),
-        pytest.param(3, 400_000, 3.4e-4, marks=[pytest.mark.slow, pytest.mark.once]),
+        pytest.param(3, 400_000, 3.4e-4, marks=pytest.mark.thorough),
     ],
 )
 def test_street_canyon(bounces, samples, largest):

@@ -4,6 +4,7 @@ import gzip
 import json
 import pickle
 import shutil
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,16 @@ def find(name):
     return DATA / name if (DATA / name).exists() else DATA / f"{name}.gz"
 
 
+@cache
+def read_lod(name, lod):
+    return read_city(find(name), lod=lod)
+
+
+def read_lods(name):
+    """The city in every level of detail of its file."""
+    return [read_lod(name, lod) for one, lod in CASES if one == name]
+
+
 def measure(city):
     return measure_polygons(city.points, city.ring_start, city.polygon_start)
 
@@ -47,8 +58,7 @@ CASES = [(name, lod) for name, e in EXPECTED.items() for lod in sorted({k[3:4] f
 
 @pytest.mark.parametrize(("name", "lod"), CASES)
 def test_counts_and_areas_of_every_lod(name, lod):
-    city = read_city(find(name), lod=lod)
-    expected = EXPECTED[name]
+    city, expected = read_lod(name, lod), EXPECTED[name]
     assert city.report.building_count == expected["buildings"]
     assert city.report.part_count == expected["parts"]
     area, _ = measure(city)
@@ -74,8 +84,7 @@ def test_every_polygon_is_met_and_counted_once(name):
 
 @pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if e["lod2_area_by_tilt"]])
 def test_area_by_tilt(name):
-    city = read_city(find(name), lod="2")
-    area, normal = measure(city)
+    area, normal = measure(read_lod(name, "2"))
     tilt, _ = measure_tilt(normal)
     bounds = {"up": (0, 1), "roof<15": (1, 15), "roof15-60": (15, 60), "60-89": (60, 89), "wall": (89, 91)}
     for word, (low, high) in {**bounds, "down": (91, 180.1)}.items():
@@ -85,8 +94,7 @@ def test_area_by_tilt(name):
 
 @pytest.mark.parametrize("name", [n for n in EXPECTED if not n.startswith(("plateau", "nyc", "ingolstadt"))])
 def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
-    cities = [read_city(find(name), lod=lod).points for n, lod in CASES if n == name]
-    points = np.concatenate(cities)
+    points = np.concatenate([city.points for city in read_lods(name)])
     assert points.min(axis=0) == pytest.approx(EXPECTED[name]["min"], abs=2e-3)
     # One of them names its envelope.
     highest = EXPECTED[name]["max"] if name != "synthetic_100bld_v1.gml" else [96, 98, 12]
@@ -95,11 +103,7 @@ def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
 
 def test_holes_are_kept():
     for name, e in EXPECTED.items():
-        total = 0
-        for n, lod in CASES:
-            if n == name:
-                city = read_city(find(name), lod=lod)
-                total += len(city.ring_start) - 1 - len(city)
+        total = sum(len(city.ring_start) - 1 - len(city) for city in read_lods(name))
         lost = 1 if name.startswith("ingolstadt") else 0  # one hole belongs to a polygon without area
         assert e["holes"] - total in (0, lost), name
 
@@ -107,8 +111,9 @@ def test_holes_are_kept():
 @pytest.mark.parametrize("name", EXPECTED)
 def test_bent_polygons_are_reported(name):
     words = "bent by more than 5 cm, triangulated as drawn"
-    bent = [read_city(find(name), lod=lod).report.repaired.get(words, []) for n, lod in CASES if n == name]
-    assert sum(map(len, bent)) == EXPECTED[name]["nonplanar_gt_5cm"]
+    assert (
+        sum(len(city.report.repaired.get(words, [])) for city in read_lods(name)) == EXPECTED[name]["nonplanar_gt_5cm"]
+    )
 
 
 def test_best_of_lod_2_by_default_and_never_two_at_once():

@@ -17,7 +17,7 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
-SCENES = draw_count(200, 25, 4)
+SCENES = draw_count(200, 16, 4)
 law = settings(law_of_gather, max_examples=SCENES)
 
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
