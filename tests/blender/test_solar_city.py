@@ -1,6 +1,7 @@
 """From a file to full load hours with one button, and what the panel says of the steps."""
 
 from pathlib import Path
+from queue import SimpleQueue
 
 import bpy
 import numpy as np
@@ -9,10 +10,13 @@ from steps import here, run
 
 from citypv.core.light import sun_blocks
 from citypv.core.settings.progress import SUN_STAGE, CancelledError
+from citypv.core.settings.request import Request
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.city.read_settings import STEPS, state_of_step
+from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
+from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
+from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
@@ -108,3 +112,102 @@ def test_materials_need_an_imported_city(quick, city_file):
     with pytest.raises(RuntimeError, match="Albedo: the faces have no materials before the city is imported"):
         bpy.ops.citypv.solar_city(filepath=str(city_file))
     assert find_city(bpy.context.scene) == (None, None)
+
+
+# -- in a window: each result is shown while the next one is computed, and kept when the step is cancelled --
+
+BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_light")
+
+
+def stand_in(found):
+    """An object with the bodies of the operator, which only Blender can make."""
+    made = type("Stand", (Step,), {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"})()
+    made._found, made._shown, made.told = found, [], []
+    made.report = lambda level, text: made.told.append((level, text))
+    return made
+
+
+@pytest.fixture
+def watched(addon, city_file):
+    """A step as a button starts it: the stand-in, and what its work is given."""
+    addon.city_path = str(city_file)
+    request = read_settings(addon)
+    found = SimpleQueue()
+    return stand_in(found), ([str(city_file)], request, settings_of_look(request), found)
+
+
+def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_script(watched, addon):
+    step, task = watched
+    seen = {}
+
+    def progress(stage, done, total, unit):
+        # As the timer of the window does.
+        step.refine(bpy.context)
+        city = here()
+        if city is not None:
+            seen[step._shown[-1]] = (city.get("citypv_colour_attribute"), city.get("citypv_interrupted"))
+
+    result = SolarCity.work(task, progress)
+    assert list(seen) == ["buildings", "kinds", "first look"]
+    assert seen["kinds"][0] == "kind"
+    assert seen["first look"] == ("full_load_hours", TOLD)
+    city = here()
+    look = read_face_attribute(city.data, "full_load_hours")
+    assert len(find_session(city).transfer.suns) < 60
+    assert states(addon) == ["done", "done", "next", ""]
+    step.finish(bpy.context, result)
+    assert states(addon) == ["done"] * 4
+    assert city["citypv_interrupted"] == ""
+    hours = read_face_attribute(city.data, "full_load_hours")
+    # Four days instead of 24 and a sixteenth of the rays: some hours of hundreds, and never the same.
+    counted = np.isfinite(hours)
+    assert np.sqrt(np.mean((look - hours)[counted] ** 2)) < 0.05 * hours[counted].mean()
+    assert not np.array_equal(look, hours, equal_nan=True)
+    run("solar_city")
+    np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
+
+
+@pytest.mark.parametrize(
+    ("stage", "kept"), [("classifying", "buildings"), ("first look", "buildings, kinds"), ("sky and reflections", None)]
+)
+def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
+    step, task = watched
+
+    def progress(now, done, total, unit):
+        step.refine(bpy.context)
+        if now == stage:
+            raise CancelledError
+
+    with pytest.raises(CancelledError):
+        SolarCity.work(task, progress)
+    assert step.name_kept() == (kept or "buildings, kinds, first look")
+    assert step._tell_cancelled() == {"FINISHED"}
+    assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {step.name_kept()}")]
+    if kept is None:  # its light can be weighed with other weather, and traced as the settings say
+        run("energy", "trace", weather="clear-sky")
+    elif kept == "buildings":
+        run("classify")
+
+
+def test_rounds_are_shown_after_the_look(watched, addon):
+    step, (paths, request, look, found) = watched
+    request.samples, request.shadow_samples, request.target_error, seen = 64, 4, 1.5, []
+
+    def progress(stage, done, total, unit):
+        step.refine(bpy.context)
+        city = here()
+        if city is not None and "citypv_full_load_hours" in city.data.attributes:
+            seen.append((np.nanmean(read_face_attribute(city.data, "full_load_hours")), city["citypv_interrupted"]))
+
+    SolarCity.work((paths, request, look, found), progress)
+    shown = list(dict.fromkeys(seen))
+    assert len(shown) >= 3
+    assert [told for _, told in shown] == [TOLD, *[""] * (len(shown) - 1)]
+
+
+def test_a_look_is_taken_where_the_trace_is_much_longer():
+    assert settings_of_look(Request()).suns == "days:4"
+    assert settings_of_look(Request(estimator="forward")).estimator == "gather"
+    assert settings_of_look(Request(samples=64, shadow_samples=4, suns="days:12")) is None
+    look = settings_of_look(Request(target_error=1.0, time_budget=60.0))
+    assert (look.target_error, look.time_budget) == (None, None)

@@ -6,6 +6,8 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
+from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, list_runs, merge_places
+from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
 from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
 from citypv.core.settings.errors import InputError
 
@@ -102,3 +104,94 @@ def test_heights_are_linear_in_triangles_and_infinite_beyond():
 def test_no_edge_hangs_where_none_is_missing():
     places = np.column_stack([CORNERS, np.zeros(4)])
     assert len(find_hanging(places[triangulate_plan(CORNERS)], places[np.empty((0, 2), int)])) == 0
+
+
+# -- places in boxes, and feet that hang, as comparing each with each finds them --
+
+
+@pytest.mark.parametrize("extent", [1.0, 30.0, 3000.0])
+def test_pairs_of_places_and_boxes(extent):
+    """Also of boxes that lie partly or wholly beyond all places, have no area, or are none at all."""
+    random = np.random.default_rng(1)
+    places = random.uniform(-100, 100, (800, 2))
+    low = random.uniform(-150, 150, (60, 2))
+    boxes = np.concatenate([low, low + random.uniform(0, extent, (60, 2))], axis=1)
+    boxes = np.concatenate([boxes, [[np.nan] * 4], np.tile(places[:1], 2), [[-1e6, -1e6, 1e6, 1e6]]])
+    within = (places[:, None] >= boxes[:, :2]) & (places[:, None] <= boxes[:, 2:])
+    expected = np.argwhere(within.all(axis=2).T)[:, ::-1]
+    place, box = find_in_boxes(lay_grid(places, boxes), boxes)
+    assert (np.diff(box) >= 0).all()
+    order = np.lexsort([place, box])
+    np.testing.assert_array_equal(np.column_stack([place, box])[order], expected)
+
+
+def test_no_places_or_boxes():
+    none, one = np.empty((0, 2)), np.array([[0.0, 0, 1, 1]])
+    assert not len(find_in_boxes(lay_grid(none, one), one)[0])
+    assert not len(find_in_boxes(lay_grid(np.zeros((3, 2)), one[:0]), one[:0])[0])
+    place, box = find_in_boxes(lay_grid(np.zeros((3, 2)), one), one)
+    assert sorted(place) == [0, 1, 2] and not box.any()
+
+
+def test_runs():
+    run, number = list_runs(np.array([5, 2, 9]), np.array([2, -1, 3]))
+    assert run.tolist() == [0, 0, 2, 2, 2] and number.tolist() == [5, 6, 9, 10, 11]
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.5])
+def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
+    """Feet on a cone, some of them raised; so few that all are compared as neighbours."""
+    random = np.random.default_rng(2)
+    start = np.column_stack([random.uniform(0, 60, (30, 2)), np.zeros(30)])
+    start[:, 2] = 0.15 * np.hypot(*start[:, :2].T) + random.choice([0.0, 1.0, 4.0, 12.0], 30)
+    end = start + np.column_stack([random.uniform(-6, 6, (30, 2)), np.zeros(30)])
+    step, slopes = random.choice([0.5, 2.5, 6.0], 30), np.full(30, slope)
+    hangs = np.zeros(30, bool)
+    for ends in (start, end):
+        away = np.linalg.norm(ends[:, None, :2] - start[None, :, :2], axis=2)
+        above_feet = (ends[:, None, 2] - start[None, :, 2] > step[:, None] + slope * away).any(axis=1)
+        pairs = np.indices((30, 30)).reshape(2, -1)
+        foot, away = foot_on_edge(ends[pairs[0]], start[pairs[1]], end[pairs[1]])
+        rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + COINCIDENT
+        hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
+    assert 5 < hangs.sum() < 28
+    np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
+
+
+# -- feet at one place in plan view, among them such that rounding puts on two sides of the border of two cells --
+
+BORDER = 100.5 * COINCIDENT  # between two cells
+ULP = np.spacing(BORDER)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_rounding_across_a_border_makes_no_second_place(axis):
+    corner = np.full((9, 3), [3.0, 7.0, 0.0])
+    corner[:, axis] = BORDER + ULP * np.arange(-4, 5)
+    corner[6, 2] = -1.0
+    lowest, place = merge_places(np.concatenate([corner, [[3.5, 7.5, 0.0]]]))
+    assert sorted(lowest) == [6, 9]
+    assert len(set(place[:9])) == 1 and place[9] not in place[:9]
+
+
+def test_corners_in_half_centimetres_are_each_one_place():
+    """Copies of a grid whose lines all lie on borders, moved by rounding: as many places as the grid has."""
+    lines = (np.arange(30) + 0.5) * COINCIDENT * 7
+    grid = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2)
+    moved = np.concatenate([(grid + shift) - shift for shift in (0.0, 100.1, 12345.6, -9876.5, 0.3)])
+    lowest, place = merge_places(np.column_stack([moved, np.zeros(len(moved))]))
+    assert len(np.unique(moved, axis=0)) > len(grid)  # rounding did move them
+    assert len(lowest) == len(grid)
+    assert (place.reshape(5, -1) == place[: len(grid)]).all()
+
+
+def test_places_that_differ_stay_apart_in_their_order():
+    points = np.array([[0.02, 0.0, 5.0], [0.0, 0.0, 4.0], [0.0, 0.0, 3.0], [0.011, 0.0, 2.0], [-1.0, 9.0, 0.0]])
+    lowest, place = merge_places(points)
+    assert lowest.tolist() == [4, 2, 3, 0]
+    assert place.tolist() == [3, 1, 1, 2, 0]
+
+
+def test_no_points():
+    lowest, place = merge_places(np.zeros((0, 3)))
+    assert len(lowest) == len(place) == 0
