@@ -30,6 +30,7 @@ from .photons.trace_forward import trace_forward
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
+from .results.read_results import site_of_results
 from .settings.errors import InputError
 from .settings.progress import ignore_share, silent
 from .settings.request import check_request
@@ -114,13 +115,16 @@ def stand_city(city, request, report_share=ignore_share):
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
+    site = site_of_results(request.site_of, city.crs) if request.site_of else None
+    if site and request.latitude is not None:
+        raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     scene = build_scene(
         city,
         latitude=request.latitude,
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo),
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, site),
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size) if racks else scene

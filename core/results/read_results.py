@@ -11,6 +11,7 @@ import pandas as pd
 from ..city.classify import SMALLEST_ELIGIBLE_AREA
 from ..city.grid_cells import Outlines
 from ..city.racks import find_racked_roofs
+from ..city.scene import Site
 from ..energy.counted_area import KINDS, MOST_COVERED, ORIENTATIONS
 from ..settings.errors import InputError
 from .transfer_file import FORMAT, OUTLINES
@@ -106,6 +107,30 @@ def read_summary(path):
     if missing:
         raise InputError(path, f"has no {', '.join(missing)}", CURE)
     return summary
+
+
+def site_of_results(folder, crs):
+    """Where the city of an earlier run stands: Site.
+
+    Parameters
+    ----------
+    folder : path-like
+    crs : str or None
+        Reference system that it must have.
+
+    Raises
+    ------
+    InputError
+        The folder holds no results, or those of a city in another reference system.
+    """
+    path = Path(folder) / "summary.json"
+    if not path.is_file():
+        raise InputError(path, "there is no such file", CURE)
+    found = read_summary(path)["input"]["site"]
+    site = Site(**found | {"origin": tuple(found["origin"])})
+    if site.crs != crs:
+        raise InputError(path, "its city is in another reference system", "leave out --site-of")
+    return site
 
 
 def read_table(path, texts, numbers):

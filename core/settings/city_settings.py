@@ -53,6 +53,12 @@ class CitySettings:
         least=-180,
         most=180,
     )
+    site_of: str | None = setting(
+        None,
+        "city",
+        "result folder of another state of this city, whose place and grid are kept: then only what differs changes",
+        metavar="DIR",
+    )
     grid_size: float | None = setting(
         None,
         "city",

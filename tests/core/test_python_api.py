@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from small_city import write_small_city
+from small_city import house, write_small_city
 from weathers import ERA5
 
 import citypv
@@ -172,3 +172,20 @@ def test_capacity_factors_go_into_pypsa(result):
     for name in plants.index:
         assert network.generators_t.p_max_pu[name].sum() == pytest.approx(hours[tuple(name.split("_"))], rel=1e-4)
     assert plants["p_nom_max"].sum() <= result.summary["totals"]["kwp"] * 1.0001
+
+
+def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, tmp_path):
+    """A house 200 m away moves the middle of the city; where that is kept, only rays that meet the house change."""
+    more = city.read_text(encoding="utf-8").replace("</CityModel>", house("d", (200, 60), (9, 9, 9)) + "</CityModel>")
+    (tmp_path / "more.gml").write_text(more, encoding="utf-8")
+    kept = citypv.simulate(tmp_path / "more.gml", **FEW, site_of=result.folder)
+    moved = citypv.simulate(tmp_path / "more.gml", **FEW)
+    first, last = (one.faces.set_index("surface_id")["sky_view_factor"] for one in (result, kept))
+    assert (last[first.index] == first).sum() >= len(first) - 6 > len(first) / 2
+    places = [one.summary["input"]["site"] for one in (result, kept, moved)]
+    assert places[0] == places[1] != places[2]
+    with pytest.raises(citypv.InputError, match=r"summary.json: there is no such file"):
+        citypv.simulate(city, site_of=tmp_path, **FEW)
+    (tmp_path / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
+    with pytest.raises(citypv.InputError, match="its city is in another reference system"):
+        citypv.simulate(tmp_path / "local.obj", site_of=result.folder, **FEW)
