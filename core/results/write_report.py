@@ -1,9 +1,12 @@
-"""report.html: pictures and tables of a run on one page that opens offline.
+"""report.html: the city in 3D, pictures and tables of a run on one page that opens offline.
 
+The page may load nothing and run nothing but the two scripts whose hashes its Content-Security-Policy names.
 Whatever the pieces of the page are given is escaped; what they return is not to be escaped again. Pictures need
 matplotlib, which Blender's own Python lacks: there the page has tables only.
 """
 
+import base64
+import hashlib
 import importlib.util
 from html import escape
 from pathlib import Path
@@ -19,6 +22,7 @@ from .describe_run import (
     list_settings,
     summarise_errors,
 )
+from .pack_city import pack_city
 from .read_results import MONTHS, kind_title, tabulate_groups, tabulate_periods
 
 NAME = "report.html"
@@ -56,34 +60,12 @@ SECTIONS = {
     "Over the year and the day": ("months", "day", "sun-path"),
     "How the hours are spread over the area": ("histograms",),
 }
-PAGE = Template("""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-body { font: 16px/1.5 "DejaVu Sans", Verdana, Arial, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto;
-  padding: 0 1rem; background: #fff; }
-h1 { font-size: 1.7rem; margin-bottom: 0.2rem; }
-h2 { font-size: 1.25rem; margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
-figure { margin: 1.2rem 0; break-inside: avoid; }
-img { max-width: 100%; height: auto; }
-figcaption { font-size: 0.9rem; color: #444; }
-table { border-collapse: collapse; margin: 0.8rem 0; font-size: 0.92rem; }
-th, td { text-align: left; padding: 0.25rem 0.9rem 0.25rem 0; border-bottom: 1px solid #e3e3e0; vertical-align: top; }
-.number { text-align: right; font-variant-numeric: tabular-nums; }
-.warning { border-left: 4px solid #D55E00; padding-left: 0.8rem; }
-.small { font-size: 0.9rem; color: #444; }
-summary { cursor: pointer; margin: 0.6rem 0; }
-</style>
-</head>
-<body>
-<h1>$title</h1>
-$body
-</body>
-</html>
-""")
+WEB = Path(__file__).parent / "web"
+MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
+TOO_LARGE = (
+    "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take {size:.0f} MB, of which "
+    "there may be {most:.0f}. The tables beside this page have all numbers."
+)
 
 
 def write_report(folder, results):
@@ -100,18 +82,49 @@ def write_report(folder, results):
         Of the page.
     """
     path = Path(folder) / NAME
-    page = PAGE.substitute(title=escape(f"Solar potential: {results.name}"), body=compose_body(results))
+    page = compose_page(results)
     unfinished = path.with_name(f".{NAME}.unfinished")
     try:
-        unfinished.write_text(page, encoding="utf-8")
+        unfinished.write_text(page, encoding="utf-8", newline="\n")
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
     return path
 
 
-def compose_body(results):
-    """All sections of the page."""
+def compose_page(results):
+    """The whole page: str."""
+    data = pack_city(results)
+    if len(data) > MOST_DATA:
+        words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)
+        city, names = paragraph(words, "warning"), ()
+    else:
+        city, names = read_web("viewer.html"), ("three.js", "viewer.js")
+    codes, style = [read_web(name) for name in names], read_web("page.css") + read_web("viewer.css")
+    scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if names else []
+    allowed = " ".join(map(hash_source, codes)) or "'none'"
+    return Template(read_web("page.html")).substitute(
+        policy=f"default-src 'none'; script-src {allowed}; style-src {hash_source(style)}; img-src data:; "
+        "base-uri 'none'; form-action 'none'",
+        title=escape(f"Solar potential: {results.name}"),
+        style=style,
+        body=compose_body(results, city),
+        scripts="\n".join([*scripts, *(f"<script>{code}</script>" for code in codes)]),
+    )
+
+
+def read_web(name):
+    """Text of a file in the folder web."""
+    return (WEB / name).read_text(encoding="utf-8")
+
+
+def hash_source(text):
+    """Source of a Content-Security-Policy that allows one inline script or style."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
+
+
+def compose_body(results, city):
+    """All sections of the page; the city in 3D goes before the numbers."""
     summary, budget = results.summary, results.summary["error_budget"]
     pictures = paragraph(NO_PICTURES, "small")
     if importlib.util.find_spec("matplotlib") is not None:
@@ -122,6 +135,7 @@ def compose_body(results):
     return "\n".join(
         [
             *(paragraph(text, "warning") for text in list_warnings(summary)),
+            city,
             compose_totals(summary),
             compose_groups(results),
             pictures,
@@ -267,7 +281,7 @@ def table(head, rows, *, numbers=()):
     str
     """
     side = [' class="number"' if column in numbers else "" for column in range(1000 if not head else len(head))]
-    lines = ["<table>"]
+    lines = ['<div class="wide"><table>']
     if head:
         cells = "".join(f"<th{look}>{escape(text)}</th>" for text, look in zip(head, side, strict=True))
         lines.append(f"<thead><tr>{cells}</tr></thead>")
@@ -275,7 +289,7 @@ def table(head, rows, *, numbers=()):
     for row in rows:
         cells = "".join(f"<td{look}>{escape(str(text))}</td>" for text, look in zip(row, side, strict=False))
         lines.append(f"<tr>{cells}</tr>")
-    return "\n".join([*lines, "</tbody></table>"])
+    return "\n".join([*lines, "</tbody></table></div>"])
 
 
 def picture(uri, name, caption):

@@ -1,0 +1,227 @@
+"""What report.html shows in 3D, packed for the page: shapes and numbers of every surface as base64 text.
+
+The text holds no sign of any name, so that no id can change the page. Unpacked by web/viewer.js.
+"""
+
+import base64
+import json
+import zlib
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..city.classify import SMALLEST_ELIGIBLE_AREA
+from ..city.polygons import triangulate
+from ..city.racks import find_racked_roofs
+from ..energy.counted_area import KINDS, MOST_COVERED
+from .colour_map import GROUND, MAPS, MISSING, choose_range
+from .columns import COLUMNS
+from .read_results import MONTHS, in_order, kind_title, select_mounted, tabulate_periods
+
+COLOUR_MAP = "viridis"
+GROUND_STEPS = 40  # of the ground's heights along each side
+MARGIN = 0.04  # of the city's size, by which the ground is larger
+BELOW = 0.2  # [m] of the ground below the feet of buildings
+FOOT = 1.0  # [m] above the lowest corner of a building that its feet may lie
+NEAREST = 12  # feet that a height of the ground follows, the nearer the more
+SINGLE = {
+    "facade": "Facade",
+    "roof": "Pitched roof",
+    "rack": "Rack on a flat roof",
+    "flat": "Flat roof",
+    "steep": "Steep surface",
+    "downward": "Underside",
+    "ground": "Ground",
+}
+FLAT = "modules lie flat; not among the totals of the city"
+REASONS = {  # of surfaces that do not count, the first that holds
+    "ground": "it is ground",
+    "downward": "it faces downwards",
+    "racked": "racks stand on it and count in its place",
+    "small": f"it is smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
+    "covered": f"more than {MOST_COVERED:.0%} of it lies inside or against a building",
+    "steep": "it is too steep for a roof and no wall",
+    "turned": "it faces none of the directions that count",
+    "unknown": "it has no full load hours",
+    "other": "the run leaves it out",
+}
+
+
+def pack_city(results):
+    """The data of the 3D view as base64 of a raw deflate stream.
+
+    The stream holds the length of a JSON header (uint32), the header, and its `arrays` one after the other: of 4-byte
+    numbers, all first bytes, then all second ones and so on; whole numbers as differences. All little-endian.
+
+    Parameters
+    ----------
+    results : Results
+
+    Returns
+    -------
+    str
+    """
+    faces, mounted = results.faces, select_mounted(results.faces)
+    values = measure_faces(results, mounted)
+    buildings, building = np.unique(faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True)
+    kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ())
+    arrays = {
+        "building": building,
+        "kind": faces["kind"].map(kinds.index).to_numpy(),
+        "side": faces["orientation"].map(sides.index).to_numpy(),
+        "reason": explain_faces(faces, mounted),
+    } | values
+    shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
+    packed = [pack_array(name, array) for name, array in (arrays | shapes).items()]
+    header = {
+        "buildings": buildings.tolist(),
+        "surfaces": faces["surface_id"].tolist(),
+        "kinds": [{"name": name, "single": SINGLE.get(name, name), "many": kind_title(name)} for name in kinds],
+        "sides": sides,
+        "reasons": ["", FLAT, *REASONS.values()],
+        "months": MONTHS,
+        "groups": {} if "month_01" in values else tabulate_months(results.groups),
+        "layers": list_layers(values, mounted),
+        "stops": [f"#{stop}" for stop in MAPS[COLOUR_MAP].split()],
+        "missing": f"#{MISSING}",
+        "ground": f"#{GROUND}",
+        "arrays": [entry for entry, _ in packed],
+    }
+    text = json.dumps(header, separators=(",", ":")).encode("ascii")
+    stream = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+    parts = [len(text).to_bytes(4, "little"), text, *(data for _, data in packed)]
+    return base64.b64encode(stream.compress(b"".join(parts)) + stream.flush()).decode("ascii")
+
+
+def pack_array(name, array):
+    """Entry of the header, and bytes: of whole numbers the differences, of each number the first bytes first."""
+    whole = array.dtype.kind in "iu"
+    numbers = np.diff(array.ravel(), prepend=0).astype("<i4") if whole else array.ravel().astype("<f4")
+    data = numbers.view(np.uint8).reshape(-1, 4).T.tobytes()
+    return {"name": name, "whole": whole, "count": int(numbers.size)}, data
+
+
+def measure_faces(results, mounted):
+    """Numbers of each surface, (n,) float: of those that carry modules hours of the area that counts."""
+    faces, settings = results.faces, results.summary["settings"]
+    area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
+    count_all = settings.get("hidden_walls") == "count" or "open_area" not in faces
+    counted = area if count_all else faces["open_area"].to_numpy(float)
+    if "module_area" in faces:
+        module_area = faces["module_area"].to_numpy(float)
+    else:  # of an earlier version
+        usable = settings.get("usable") or {}
+        module_area = counted * np.array([usable.get(kind, 1.0) for kind in faces["kind"]])
+    carries = np.zeros(len(faces), bool)
+    carries[mounted.index] = True
+    # Hours of faces.csv are means over the whole polygon, covered parts with zero.
+    spread = np.where(carries, area / np.where(carries, counted, 1.0), 1.0)
+    values = {
+        "area": area,
+        "counted": np.where(carries, counted, 0.0),
+        "kwp": np.where(carries, module_area, 0.0) / results.summary["totals"]["area_per_kwp"],
+        "tilt": faces["surface_tilt"].to_numpy(float),
+        "azimuth": faces["surface_azimuth"].to_numpy(float),
+        "sky": faces["sky_view_factor"].to_numpy(float),
+        "hours": hours * spread,
+        "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
+    }
+    for month in range(1, 13):
+        if f"full_load_hours_{month:02d}" in faces:
+            own = faces[f"full_load_hours_{month:02d}"].to_numpy(float)
+            values[f"month_{month:02d}"] = np.where(carries, own * spread, np.nan)
+    return values
+
+
+def explain_faces(faces, mounted):
+    """Place in the header's reasons of what is to be said of each surface, (n,) int; 0: it counts."""
+    area, covered, kind = faces["area"], faces["covered_share"], faces["kind"]
+    holds = {
+        "ground": kind == "ground",
+        "downward": kind == "downward",
+        "racked": (kind == "flat") & find_racked_roofs(faces["surface_id"].tolist(), kind),
+        "small": area < SMALLEST_ELIGIBLE_AREA,
+        "covered": covered > MOST_COVERED,
+        "steep": kind == "steep",
+        "turned": kind.isin(("facade", "roof")) & (faces["orientation"] == "none"),
+        "unknown": faces["full_load_hours"].isna(),
+        "other": np.ones(len(faces), bool),
+    }
+    reason = np.select([np.asarray(holds[name]) for name in REASONS], np.arange(len(REASONS)) + 2)
+    carries = mounted.index.to_numpy()
+    reason[carries] = (mounted["kind"] == "flat").to_numpy().astype(int)
+    return reason
+
+
+def list_layers(values, mounted):
+    """What the city can be coloured by: list of dict.
+
+    Each has the name of its values, title, unit, lowest and highest value of the colours and, if a month, those of all.
+    """
+    titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
+    rows = mounted.index.to_numpy()
+    area = values["counted"][rows]
+    ranges = {name: choose_range(array[rows], area) for name, array in values.items()}
+    ranges["energy"] = choose_range((values["kwp"] * values["hours"])[rows], np.ones(len(rows)))
+    months = [name for name in values if name.startswith("month_")]
+    words = {
+        "hours": titles["full_load_hours"],
+        "error": titles["full_load_hours_standard_error"],
+        "energy": ("Energy of the surface", "kWh per year"),
+        "sky": titles["sky_view_factor"],
+    }
+    words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
+    shared = {}
+    if months:
+        every = np.concatenate([values[name][rows] for name in months])
+        shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
+    return [
+        {"name": name, "title": title, "unit": unit, "range": ranges[name], "shared": shared.get(name)}
+        for name, (title, unit) in words.items()
+    ]
+
+
+def tabulate_months(groups):
+    """Full load hours of the months of each group, where the surfaces have none of their own: dict."""
+    tables = tabulate_periods(groups, "month")
+    columns = [(f"{kind} {side}", hours) for kind, table in tables.items() for side, hours in table.items()]
+    return {name: hours.tolist() for name, hours in columns if len(hours) == 12 and hours.notna().all()}
+
+
+def pack_shapes(outlines, building):
+    """Corners, rings and triangles of the surfaces, and the ground beneath them: dict of arrays."""
+    rows = np.flatnonzero(np.diff(outlines.surface_start) > 0)  # triangulate knows no surface without rings
+    ring_start, start = outlines.ring_start.astype(np.int64), outlines.surface_start.astype(np.int64)
+    triangles, _ = triangulate(outlines.points.astype(float), ring_start, np.append(start[rows], start[-1]))
+    return {
+        "corners": np.round(1000.0 * outlines.points.T).astype(np.int64),  # [mm] all x, all y, all z
+        "ring_start": ring_start,
+        "surface_start": start,
+        "triangles": triangles,
+        **lay_plate(outlines.points, np.repeat(building, np.diff(ring_start[start]))),
+    }
+
+
+def lay_plate(points, corner_building):
+    """Heights of the ground through the feet of the buildings, on a grid around the city.
+
+    Parameters
+    ----------
+    points : (m, 3) float32 [m]
+    corner_building : (m,) int
+
+    Returns
+    -------
+    dict
+        plate_bounds (4,): x and y, each from and to [m]; plate (GROUND_STEPS ** 2,) [m], rows from south to north.
+    """
+    lowest = np.full(corner_building.max() + 1, np.inf)
+    np.minimum.at(lowest, corner_building, points[:, 2])
+    feet = points[points[:, 2] < lowest[corner_building] + FOOT].astype(float)
+    low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
+    margin = MARGIN * max(high - low)
+    x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
+    nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    distance, near = cKDTree(feet[:, :2]).query(nodes, k=np.arange(1, min(NEAREST, len(feet)) + 1))
+    height = np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)
+    return {"plate_bounds": np.array([x[0], x[-1], y[0], y[-1]]), "plate": height - BELOW}
