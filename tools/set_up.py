@@ -34,6 +34,7 @@ SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings i
     "libEGL.so.1": "libegl1",
 }
 SOFTWARE_RENDERER = "libgl1-mesa-dri"  # comes along when a graphics library is missing
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")  # as in tests/core/browser.py
 NO_NETWORK = re.compile(
     r"ConnectionError|connection error|timed out|Temporary failure|resolve|Network is unreachable|ProxyError"
     r"|Failed to fetch|No matching distribution|error sending request|403 Forbidden",
@@ -52,6 +53,8 @@ def main(which):
         if which == "all" and version not in pythons:
             say(f"Python {version} is not on this machine: the tests run without it")
     packages = [package for version, path in pythons.items() for package in missing_venv(path, version)]
+    if "CITYPV_NEEDS_BROWSER" in os.environ and not any(map(shutil.which, BROWSERS)):  # as .ci/run says
+        packages.append(BROWSERS[0])
     install_system_packages([*packages, *missing_libraries()])
     with ThreadPoolExecutor() as side_by_side:
         folders = list(side_by_side.map(make_environment, pythons.keys(), pythons.values()))
@@ -195,9 +198,11 @@ def as_root(command):
 def describe_purpose(packages):
     """What packages are for, as words."""
     python = [name for name in packages if name.startswith("python")]
-    blender = [name for name in packages if name not in python]
+    browser = [name for name in packages if name in BROWSERS]
+    blender = [name for name in packages if name not in python + browser]
     words = [f"Python and its virtual environments ({len(python)} packages)"] if python else []
     words += [f"window and graphics libraries that Blender loads ({len(blender)} packages)"] if blender else []
+    words += ["a browser for the tests of the report"] if browser else []
     return " and ".join(words)
 
 

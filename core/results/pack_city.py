@@ -24,6 +24,7 @@ MARGIN = 0.04  # of the city's size, by which the ground is larger
 BELOW = 0.2  # [m] of the ground below the feet of buildings
 FOOT = 1.0  # [m] above the lowest corner of a building that its feet may lie
 NEAREST = 12  # feet that a height of the ground follows, the nearer the more
+MONTHLY = [f"full_load_hours_{number:02d}" for number in range(1, 13)]
 SINGLE = {
     "facade": "Facade",
     "roof": "Pitched roof",
@@ -126,10 +127,12 @@ def measure_faces(results, mounted):
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }
-    for month in range(1, 13):
-        if f"full_load_hours_{month:02d}" in faces:
-            own = faces[f"full_load_hours_{month:02d}"].to_numpy(float)
-            values[f"month_{month:02d}"] = np.where(carries, own * spread, np.nan)
+    months = results.months
+    if months is None and set(MONTHLY) <= set(faces):  # of an earlier version, with --monthly
+        months = faces[MONTHLY].to_numpy(float)
+    if months is not None:
+        own = np.where(carries, months.T * spread, np.nan)
+        values |= {f"month_{number:02d}": hours for number, hours in enumerate(own, 1)}
     return values
 
 

@@ -14,9 +14,8 @@ from ..city.racks import find_racked_roofs
 from ..city.scene import Site
 from ..energy.counted_area import KINDS, MOST_COVERED, ORIENTATIONS
 from ..settings.errors import InputError
-from .transfer_file import FORMAT, OUTLINES
+from .surfaces_file import CURE, read_surfaces, read_texts
 
-CURE = "give a folder that citypv simulate or citypv yield has written"
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
 FACE_NUMBERS = ("area", "surface_azimuth", "covered_share", "full_load_hours", "full_load_hours_standard_error")
@@ -54,8 +53,9 @@ class Results:
     summary: dict  # summary.json
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
-    suns: np.ndarray | None  # (s, 3) unit vectors towards the suns that were traced; None without transfer.nc
-    outlines: Outlines | None  # None where transfer.nc is not there, or has none
+    suns: np.ndarray | None  # (s, 3) unit vectors towards the suns that were traced; None where no file has them
+    outlines: Outlines | None  # None where no file has them
+    months: np.ndarray | None  # (n, 12) [h] full load hours of each surface by month; None where no file has them
 
 
 def read_results(folder):
@@ -87,9 +87,9 @@ def read_results(folder):
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     times, interval, sums = read_times(folder / "timeseries.nc")
     compare_hours(folder / "timeseries.nc", groups, sums * (interval / pd.Timedelta(hours=1)), summary)
-    suns, outlines = read_shapes(folder / "transfer.nc", faces["surface_id"].tolist())
+    suns, outlines, months = read_surfaces(folder, faces["surface_id"].tolist())
     name = folder.absolute().name
-    return Results(name, faces, groups, summary, times, interval, suns, outlines)
+    return Results(name, faces, groups, summary, times, interval, suns, outlines, months)
 
 
 def read_summary(path):
@@ -173,11 +173,6 @@ def read_times(path):
     return times, interval, pd.Series(factors.sum(axis=0), index=names)
 
 
-def read_texts(variable):
-    """Texts of an open NetCDF file: list of str."""
-    return [text.decode() if isinstance(text, bytes) else str(text) for text in variable[:]]
-
-
 def compare_hours(path, groups, hours, summary):
     """Refuse a time series whose sums are not the annual hours of groups.csv."""
     years = summary["weather"].get("years") or 1.0
@@ -188,39 +183,6 @@ def compare_hours(path, groups, hours, summary):
         abs(hours[name] / years - value) > TOLERANCE * max(value, 1) for name, value in expected.items()
     ):
         raise InputError(path, "does not belong to the groups.csv beside it", CURE)
-
-
-def read_shapes(path, surface_id):
-    """Directions of the traced suns and outlines of the surfaces, without the large matrices.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        transfer.nc, which may not be there.
-    surface_id : list of str
-        Of faces.csv.
-
-    Returns
-    -------
-    suns : (s, 3) numpy.ndarray or None
-    outlines : Outlines or None
-    """
-    if not path.exists():
-        return None, None
-    try:
-        with h5netcdf.File(path) as file:
-            if file.attrs.get("title") != FORMAT:
-                raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
-            suns, names = np.asarray(file["direction"][:], float), read_texts(file["surface_id"])
-            known = set(OUTLINES) <= set(file.variables)
-            outlines = Outlines(*(np.asarray(file[name][:]) for name in OUTLINES)) if known else None
-    except (OSError, KeyError, IndexError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(path, f"cannot be read as a Transfer ({error})", CURE) from error
-    if names != surface_id or (outlines is not None and len(outlines.surface_start) != len(names) + 1):
-        raise InputError(path, "does not belong to the faces.csv beside it", CURE)
-    return suns, outlines
 
 
 def tabulate_periods(groups, period):

@@ -37,7 +37,7 @@ NO_PICTURES = (
 )
 NO_PLAN = (
     "There is no plan of the city here: this folder has no shapes of the surfaces. Results of citypv simulate have "
-    "them in transfer.nc, unless it was left out for its size (--transfer keeps it) or written by an earlier version."
+    "them in surfaces.nc, those of earlier versions in transfer.nc."
 )
 CAPTIONS = {
     "plan-roof": "Roofs from above: full load hours of pitched roofs, and of flat roofs with modules lying flat. Grey: "
@@ -54,7 +54,7 @@ CAPTIONS = {
     "histograms": "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right yield "
     "most.",
 }
-NO_SUNS = " The traced suns are listed in transfer.nc, which is missing."
+NO_SUNS = " The traced suns are listed in surfaces.nc, which is missing."
 SECTIONS = {
     "Plan of the city": ("plan-roof", "plan-facade"),
     "Over the year and the day": ("months", "day", "sun-path"),

@@ -12,6 +12,7 @@ from ..settings.progress import ignore_share
 from ..sun.solar_position import local_middle
 from .columns import column_values, tabled_columns
 from .netcdf_file import netcdf_file, write_variables
+from .surfaces_file import write_surfaces
 
 WRITTEN = 0.7  # share of the time for formatting the numbers
 
@@ -267,7 +268,7 @@ def write_timeseries(path, energy, weather):
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
-    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc and, if requested, series.csv.
+    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc and, if requested, series.csv.
 
     Parameters
     ----------
@@ -289,6 +290,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, transfer=transfer, energy=energy, system=system, monthly=monthly),
         "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
+        "surfaces.nc": partial(write_surfaces, transfer=transfer, energy=energy),
     }
     if energy.series is not None:
         tables["series.csv"] = partial(write_series, transfer=transfer, energy=energy)

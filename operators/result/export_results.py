@@ -106,6 +106,7 @@ def write_results(session, name, path, progress=silent):
     ------
     InputError
     """
+    from ...core.city.grid_cells import outline_surfaces
     from ...core.commands.simulate import draw_city, write_exports
     from ...core.results.write_tables import write_tables
 
@@ -118,16 +119,14 @@ def write_results(session, name, path, progress=silent):
         if name in SHAPES:
             write_exports(work, (city, scene, transfer, energy, session.weather), request, [name], progress)
         else:
+            if there:
+                transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
             write_tables(work, transfer, energy, session.weather, request, progress=progress)
         if name == "report":  # without pictures where matplotlib is missing
-            from ...core.city.grid_cells import outline_surfaces
             from ...core.results.read_results import read_results
-            from ...core.results.transfer_file import write_transfer
             from ...core.results.write_report import write_report
             from ...core.results.write_summary import summarise, write_summary
 
-            outlines = outline_surfaces(city, scene.surfaces, scene.site) if there else transfer.outlines
-            write_transfer(work / "transfer.nc", replace(transfer, outlines=outlines), progress)
             write_summary(work / "summary.json", summarise(transfer, energy, session.weather, request, scene=scene))
             write_report(work, read_results(work))
         path.write_bytes((work / FILES[name][0]).read_bytes())

@@ -1,7 +1,6 @@
 """A Chromium without a window, driven by the DevTools protocol over two pipes: no package is needed for it."""
 
 import base64
-import fcntl
 import json
 import os
 import select
@@ -11,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")  # as in tools/set_up.py
 FLAGS = ["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--no-first-run", "--hide-scrollbars"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"]
 WITH_3D = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
@@ -28,13 +27,14 @@ class Browser:
     """One page of a Chromium; what it asked for and complained about is kept."""
 
     def __init__(self, chromium, *, webgl=True, width=1200, height=900):
+        import fcntl  # POSIX alone has it
+
         self._profile = tempfile.mkdtemp()
         (to_read, self._out), (self._in, to_write) = os.pipe(), os.pipe()
         read, write = (fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, 10) for pipe in (to_read, to_write))
         flags = [*FLAGS, *(WITH_3D if webgl else WITHOUT_3D), f"--user-data-dir={self._profile}"]
         quiet = os.open(os.devnull, os.O_WRONLY)
-        actions = [(os.POSIX_SPAWN_DUP2, end, place) for end, place in ((read, 3), (write, 4), (quiet, 1), (quiet, 2))]
-        actions.insert(0, (os.POSIX_SPAWN_DUP2, quiet, 2))
+        actions = [(os.POSIX_SPAWN_DUP2, end, place) for end, place in ((quiet, 1), (quiet, 2), (read, 3), (write, 4))]
         self._process = os.posix_spawn(chromium, [chromium, *flags, "about:blank"], os.environ, file_actions=actions)
         for pipe in (to_read, to_write, read, write, quiet):
             os.close(pipe)
@@ -77,8 +77,6 @@ class Browser:
             self.complaints.append(details["exceptionDetails"].get("exception", {}).get("description", "exception"))
         elif event == "Log.entryAdded" and details["entry"]["level"] == "error":
             self.complaints.append(details["entry"]["text"])
-        elif event == "Page.javascriptDialogOpening":
-            self.complaints.append("dialog")
         return message
 
     def open(self, path):
@@ -113,8 +111,8 @@ class Browser:
 
     def press(self, key, *, shift=False):
         """Press a key."""
-        text = {"text": key} if len(key) == 1 else {}
-        codes = {"ArrowLeft": 37, "Home": 36, "Escape": 27, "Tab": 9, "Enter": 13}
+        text = {"text": "\r" if key == "Enter" else key} if key == "Enter" or len(key) == 1 else {}
+        codes = {"ArrowLeft": 37, "Home": 36, "Escape": 27, "Enter": 13}
         details = {
             "key": key,
             "code": key,

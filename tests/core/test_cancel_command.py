@@ -15,7 +15,7 @@ from citypv.__main__ import main
 from citypv.core.commands import simulate
 from citypv.core.light import sun_blocks
 
-TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "transfer.nc", "summary.json"}
+TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
 
 

@@ -42,7 +42,7 @@ COLUMNS = [
     "full_load_hours",
     "full_load_hours_standard_error",
 ]
-TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "transfer.nc", "summary.json"}
+TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
 
 
 def rows_of(path):

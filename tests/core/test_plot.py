@@ -24,7 +24,7 @@ from citypv.core.results.write_report import table
 
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 FIGURES = {"plan-roof", "plan-facade", "months", "day", "sun-path", "histograms"}
-VOID = {"meta", "img", "br", "link"}
+VOID = {"meta", "img", "br", "link", "input"}
 
 
 class Page(HTMLParser):
@@ -32,7 +32,7 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open, self.tables, self.figures, self.references, self.text = [], [], {}, [], ""
+        self.open, self.tables, self.figures, self.references, self.text, self.codes = [], [], {}, [], "", []
         self.feed(text)
         self.close()
         assert not self.open
@@ -40,7 +40,7 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         attrs = dict(attrs)
         self.references += [attrs[name] for name in ("src", "href", "srcset", "data", "action") if name in attrs]
-        assert tag not in ("script", "link", "iframe", "object")
+        assert tag not in ("link", "iframe", "object") and not any(name.startswith("on") for name in attrs)
         if tag == "table":
             self.tables.append([])
         if tag == "tr":
@@ -59,6 +59,9 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
+        if self.open and self.open[-1] in ("script", "style"):
+            self.codes.append((self.open[-1], data))
+            return
         self.text += data
         if self.open and self.open[-1] in ("td", "th"):
             self.tables[-1][-1][-1] += data
@@ -230,13 +233,16 @@ def test_yield_keeps_the_shapes(folder, tmp_path):
     assert "earlier run" in page.text
 
 
-def test_without_transfer_there_is_no_plan_and_that_is_said(folder, tmp_path):
+def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
     shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "surfaces.nc").unlink()
+    assert main(["plot", str(tmp_path / "copy"), "--quiet"]) == 0  # as of version 0.2.0, which had them in transfer.nc
+    assert set(Page((tmp_path / "copy" / "report.html").read_text(encoding="utf-8")).figures) == FIGURES
     (tmp_path / "copy" / "transfer.nc").unlink()
     assert main(["plot", str(tmp_path / "copy"), "--quiet"]) == 0
     page = Page((tmp_path / "copy" / "report.html").read_text(encoding="utf-8"))
     assert set(page.figures) == FIGURES - {"plan-roof", "plan-facade"}
-    assert "no plan of the city" in page.text and "transfer.nc, which is missing" in page.text
+    assert "no plan of the city" in page.text and "surfaces.nc, which is missing" in page.text
 
 
 def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
@@ -271,7 +277,7 @@ SPOIL = {
     "an empty table": ("faces.csv", lambda text: ""),
     "a time series that is none": ("timeseries.nc", lambda text: "nothing"),
     "other groups": ("groups.csv", lambda text: text.replace("facade", "fassade")),
-    "a Transfer that is none": ("transfer.nc", lambda text: "nothing"),
+    "shapes that are none": ("surfaces.nc", lambda text: "nothing"),
     "another city": ("faces.csv", lambda text: text.replace("a_south", "z_south")),
 }
 
@@ -288,7 +294,7 @@ def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, capfd):
         path.write_text(change(text), encoding="utf-8")
     assert main(["plot", str(tmp_path / "bad")]) == 2
     said = capfd.readouterr().err
-    culprit = "timeseries.nc" if name == "other groups" else "transfer.nc" if name == "another city" else file
+    culprit = "timeseries.nc" if name == "other groups" else "surfaces.nc" if name == "another city" else file
     assert culprit in said and said.count("\n") == 1
     assert not list((tmp_path / "bad").glob("*report*"))
 

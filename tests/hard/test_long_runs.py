@@ -23,7 +23,7 @@ SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0
 SUNS = suns_towards(np.random.default_rng(1).normal(size=(20, 3)) * [1, 1, 0.3] + [0, 0, 1])
 SUNS.direction[:, 2] = np.abs(SUNS.direction[:, 2])
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
-WHOLE = {"buildings.csv", "faces.csv", "groups.csv", "summary.json", "timeseries.nc", "transfer.nc"}
+WHOLE = {"buildings.csv", "faces.csv", "groups.csv", "summary.json", "surfaces.nc", "timeseries.nc", "transfer.nc"}
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
 
 

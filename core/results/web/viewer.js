@@ -410,7 +410,8 @@ function monthBars(surface) {
   hours.forEach((value, k) => {
     const bar = make("i");
     bar.style.height = `${(4.6 * value) / most}rem`;
-    bars.append(make("div", "", make("span", format(value, value < 9.5 ? 1 : 0)), bar, make("span", city.months[k][0])));
+    const number = make("span", format(value, value < 9.5 ? 1 : 0));
+    bars.append(make("div", "", number, bar, make("span", city.months[k][0])));
   });
   const many = city.kinds[city.kind[surface]].many.toLowerCase();
   const whose = `, mean of all ${many} facing ${city.sides[city.side[surface]]}: this run was without --monthly`;
@@ -427,7 +428,7 @@ function describeSurface(surface) {
   ];
   if (carries(surface)) {
     found.push(
-      ["Open area, which counts", `${format(city.counted[surface], 2)} m²`],
+      ["Area that counts", `${format(city.counted[surface], 2)} m²`],
       ["Power", `${format(kwp, 2)} kWp`],
       ["Full load hours", `${format(hours, 1)} ± ${format(error, 1)} h`],
       ["Energy in a year", `${format(kwp * hours, 0)} ± ${format(kwp * error, 0)} kWh`],
@@ -437,8 +438,9 @@ function describeSurface(surface) {
   const reason = city.reasons[city.reason[surface]];
   if (reason) found.push([carries(surface) ? "Note" : "Does not count", reason]);
   const body = make("tbody", "", ...found.map((texts) => tableRow("td", texts, 2)));
-  const months = carries(surface) ? monthBars(surface) : [];
-  return [make("h3", nameSurface(surface)), make("table", "", body), ...months];
+  const table = make("table", "", body);
+  table.className = "facts";
+  return [make("h3", nameSurface(surface)), table, ...(carries(surface) ? monthBars(surface) : [])];
 }
 
 function describeBuilding({ id, surfaces, building }) {
@@ -476,7 +478,8 @@ function showChosen() {
       view.scene.remove(view.mark);
       view.mark.geometry.dispose();
     }
-    view.mark = chosen.surface < 0 ? null : buildEdges([chosen.surface], { color: MARK, depthTest: false });
+    const look = { color: MARK, depthTest: false, transparent: true }; // what is transparent is drawn last
+    view.mark = chosen.surface < 0 ? null : buildEdges([chosen.surface], look);
     if (view.mark) view.scene.add(view.mark);
   }
   paint();

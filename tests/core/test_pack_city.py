@@ -1,0 +1,243 @@
+"""What report.html packs for its 3D view, unpacked again; and what the page allows to run."""
+
+import base64
+import hashlib
+import json
+import re
+import zlib
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import shapely
+
+from citypv.core.city.grid_cells import Outlines
+from citypv.core.results import pack_city as packing
+from citypv.core.results import write_report
+from citypv.core.results.pack_city import pack_city, pack_shapes
+from citypv.core.results.read_results import Results
+
+WEB = Path(write_report.__file__).parent / "web"
+SUMMARY = {
+    "settings": {"module": "m", "hidden_walls": "leave-out", "usable": {"facade": 0.5}},
+    "totals": {"area_per_kwp": 5.0},
+}
+
+
+def some_results(count=4, seed=0, **columns):
+    """Results of box houses, five surfaces each and a floor, with random numbers of six digits."""
+    rng, kinds = np.random.default_rng(seed), ["facade"] * 4 + ["flat", "ground"]
+    sides, size = ["south", "east", "north", "west", "none", "none"], 6 * count
+    low, high = np.zeros((count, 3)), rng.uniform(4, 30, (count, 3))
+    low[:, 0], low[:, 1] = 40 * (np.arange(count) // 100), 40 * (np.arange(count) % 100)
+    a, b, c, d, e, f, g, h = (
+        np.where(np.array([k & 1, k & 2, k & 4]) > 0, low + high, low) for k in (0, 1, 3, 2, 4, 5, 7, 6)
+    )
+    rings = [(a, b, f, e), (b, c, g, f), (c, d, h, g), (d, a, e, h), (e, f, g, h), (a, d, c, b)]
+    points = np.stack([np.stack(ring, axis=1) for ring in rings], axis=1).reshape(-1, 3)
+    numbers = {
+        name: [float(f"{value:.6g}") for value in rng.uniform(10, 2000, size)]
+        for name in ("area", "full_load_hours", "full_load_hours_standard_error")
+    }
+    faces = {
+        "surface_id": [f"surface_{k:06d}" for k in range(size)],
+        "building_id": np.repeat([f"building_{k:05d}" for k in range(count)], 6),
+        "kind": kinds * count,
+        "orientation": sides * count,
+        "eligible": (["true"] * 4 + ["false"] * 2) * count,
+        **numbers,
+        "open_area": np.multiply(numbers["area"], rng.choice([1.0, 1.0, 0.75], size)),
+        "surface_tilt": [90.0, 90.0, 90.0, 90.0, 0.0, 180.0] * count,
+        "surface_azimuth": [180.0, 90.0, 0.0, 270.0, 0.0, 0.0] * count,
+        "covered_share": 0.0,
+        "sky_view_factor": rng.uniform(0, 1, size).round(6),
+    }
+    outlines = Outlines(points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1))
+    groups = pd.DataFrame(columns=["kind", "orientation", "period", "index", "full_load_hours"])
+    months = rng.uniform(0, 150, (size, 12)).astype(np.float32)
+    return Results("R", pd.DataFrame(faces | columns), groups, SUMMARY, None, None, None, outlines, months)
+
+
+def unpack(text):
+    """Header and arrays of the data of a page."""
+    data = zlib.decompress(base64.b64decode(text, validate=True), wbits=-15)
+    size = int.from_bytes(data[:4], "little")
+    found, place = json.loads(data[4 : 4 + size]), 4 + size
+    for entry in found["arrays"]:
+        count = entry["count"]
+        number = np.frombuffer(data[place : place + 4 * count], np.uint8).reshape(4, count).T.tobytes()
+        found[entry["name"]] = (
+            np.cumsum(np.frombuffer(number, "<i4")) if entry["whole"] else np.frombuffer(number, "<f4")
+        )
+        place += 4 * count
+    assert place == len(data)
+    return found
+
+
+def test_numbers_come_out_as_they_are_in_the_tables():
+    results = some_results()
+    city, faces = unpack(pack_city(results)), results.faces
+    wall, roof, floor = 0, 4, 5
+    assert city["surfaces"] == faces["surface_id"].tolist()
+    assert [city["buildings"][k] for k in city["building"]] == faces["building_id"].tolist()
+    assert [city["kinds"][k]["name"] for k in city["kind"]] == faces["kind"].tolist()
+    assert [city["sides"][k] for k in city["side"]] == faces["orientation"].tolist()
+    assert (city["area"] == faces["area"].to_numpy(np.float32)).all()  # whole float32
+    for row, usable in ((wall, 0.5), (roof, 1.0)):
+        one = faces.iloc[row]
+        assert city["counted"][row] == pytest.approx(one.open_area)
+        assert city["kwp"][row] == pytest.approx(usable * one.open_area / 5)
+        for name, column in (("hours", "full_load_hours"), ("error", "full_load_hours_standard_error")):
+            assert city[name][row] * one.open_area == pytest.approx(one[column] * one.area)
+        assert city["month_02"][row] * one.open_area == pytest.approx(results.months[row, 1] * one.area)
+    assert city["kwp"][floor] == city["counted"][floor] == 0 and np.isnan(city["month_02"][floor])
+    assert [city["reasons"][city["reason"][row]] for row in (wall, floor)] == ["", "it is ground"]
+    assert city["reason"][roof] == 1
+
+
+def test_the_area_of_modules_is_that_of_the_table_where_there_is_one():
+    results = some_results(module_area=np.arange(24.0))
+    assert unpack(pack_city(results))["kwp"][:4] == pytest.approx(np.arange(4) / 5)
+    count_all = replace(results, summary=SUMMARY | {"settings": {"hidden_walls": "count"}})
+    assert unpack(pack_city(count_all))["hours"][0] == np.float32(results.faces["full_load_hours"][0])
+
+
+def test_months_of_earlier_versions():
+    """Those of faces.csv with --monthly; else those of the group."""
+    by_month = {f"full_load_hours_{month:02d}": np.full(24, float(month)) for month in range(1, 13)}
+    results = replace(some_results(**by_month), months=None)
+    assert unpack(pack_city(results))["month_07"][0] == pytest.approx(7 * results.faces.eval("area / open_area")[0])
+    rows = [("facade", "south", "month", month, 10.0 * month) for month in range(1, 13)]
+    groups = pd.DataFrame(rows, columns=["kind", "orientation", "period", "index", "full_load_hours"])
+    city = unpack(pack_city(replace(some_results(), months=None, groups=groups)))
+    assert city["groups"] == {"facade south": [10.0 * month for month in range(1, 13)]}
+    assert not any(layer["name"].startswith("month") for layer in city["layers"])
+
+
+@pytest.mark.parametrize(
+    ("reason", "column", "value"),
+    [
+        ("downward", "kind", "downward"),
+        ("steep", "kind", "steep"),
+        ("small", "area", 6.0),
+        ("covered", "covered_share", 0.6),
+        ("turned", "orientation", "none"),
+        ("unknown", "full_load_hours", np.nan),
+        ("other", "eligible", "false"),
+    ],
+)
+def test_what_does_not_count_says_why(reason, column, value):
+    results = some_results()
+    results.faces.loc[0, "eligible"] = "false"
+    results.faces.loc[0, column] = value
+    city = unpack(pack_city(results))
+    assert city["reasons"][city["reason"][0]] == packing.REASONS[reason]
+
+
+def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
+    """A square with a hole: 16 - 4 m² by shapely; surfaces without rings, as behind old files, have no triangles."""
+    square = np.array([[0, 0, 5], [4, 0, 5], [4, 4, 5], [0, 4, 5]], np.float32)
+    outlines = Outlines(
+        np.concatenate([square, square[::-1] / 2 + [1, 1, 2.5]]), np.array([0, 4, 8]), np.array([0, 0, 2])
+    )
+    shapes = pack_shapes(outlines, np.array([0, 0]))
+    corners = shapes["corners"].T / 1000
+    area = sum(shapely.Polygon(corners[triangle][:, :2]).area for triangle in shapes["triangles"])
+    assert area == pytest.approx(12)
+    assert shapes["plate"] == pytest.approx(5 - packing.BELOW)
+    west, east, south, north = shapes["plate_bounds"]
+    assert west < 0 and south < 0 and east > 4 and north > 4
+
+
+def test_ground_follows_a_slope():
+    """Of 10 % over four kilometres, to within the height that a house spans on it."""
+    results = some_results(400)
+    points = results.outlines.points
+    points[:, 2] += 0.1 * points[:, 1]
+    building = np.repeat(np.arange(400), 6)
+    shapes = pack_shapes(results.outlines, building)
+    height = shapes["plate"].reshape(packing.GROUND_STEPS, -1)
+    y = np.linspace(*shapes["plate_bounds"][2:], packing.GROUND_STEPS)
+    inside = slice(4, -4)
+    assert height[inside, inside] == pytest.approx(np.broadcast_to(0.1 * y[inside, None], (32, 32)), abs=4)
+
+
+class Codes(HTMLParser):
+    """Scripts and styles of a page, and its policy."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.policy, self._tag = [], None, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        if attrs.get("http-equiv") == "Content-Security-Policy":
+            self.policy = attrs["content"]
+            assert not self.found
+        if tag in ("script", "style"):
+            self._tag = tag, attrs
+            self.found.append([tag, attrs, ""])
+
+    def handle_data(self, data):
+        if self._tag:
+            self.found[-1][2] += data
+
+    def handle_endtag(self, tag):
+        self._tag = None
+
+
+@pytest.fixture
+def compose(monkeypatch):
+    """The page of some results, without its other parts."""
+    monkeypatch.setattr(write_report, "compose_body", lambda results, city: city)
+    return write_report.compose_page
+
+
+def test_the_page_allows_its_own_scripts_alone(compose):
+    page = Codes(compose(some_results()))
+    rules = dict(rule.strip().split(" ", 1) for rule in page.policy.split(";"))
+    assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
+    assert "unsafe" not in page.policy and "http" not in page.policy and rules["img-src"] == "data:"
+    for kind, rule, count in (("script", "script-src", 2), ("style", "style-src", 1)):
+        codes = [text for tag, attrs, text in page.found if tag == kind and not attrs]
+        hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in codes]
+        assert rules[rule] == " ".join(f"'sha256-{value}'" for value in hashes) and len(codes) == count
+    (data,) = (text for _, attrs, text in page.found if attrs)
+    assert re.fullmatch("[A-Za-z0-9+/=]+", data)
+
+
+def test_no_name_stands_in_the_text_of_the_page(compose):
+    results = some_results()
+    bad = "</script><script>alert(1)</script>\"'\u202eдом"
+    results.faces.loc[:, ["surface_id", "building_id"]] = bad
+    results.faces.loc[0, "surface_id"] = bad + "long" * 1000
+    text = compose(results)
+    assert "alert" not in text and "дом" not in text
+    (data,) = (text for _, attrs, text in Codes(text).found if attrs)
+    assert unpack(data)["buildings"] == [bad]
+
+
+def test_a_city_that_is_too_large_says_so(compose, monkeypatch):
+    monkeypatch.setattr(write_report, "MOST_DATA", 100)
+    page = compose(some_results())
+    assert "too large" in page and "24 surfaces" in page
+    assert "script-src 'none'" in page and "<script" not in page
+
+
+def test_the_size_of_a_large_city():
+    """15 MB for 100,000 surfaces are 1.5 for 10,000; three.js and the viewer come once."""
+    assert len(pack_city(some_results(1667))) < 1_500_000
+    assert sum(len((WEB / name).read_bytes()) for name in ("three.js", "viewer.js", "viewer.css")) < 600_000
+    assert len((WEB / "viewer.js").read_bytes()) < 40_000
+
+
+def test_the_bundle_is_what_its_notes_say():
+    code, notes = (WEB / "three.js").read_bytes(), (WEB / "three.LICENSES.txt").read_text(encoding="utf-8")
+    assert f"sha256 of three.js: {hashlib.sha256(code).hexdigest()}\n" in notes
+    licence = notes[notes.index("The MIT License") :].strip()
+    assert licence in code.decode("ascii")
+    assert not re.search(r"</script|<!--|\beval\(|new Function|\bfetch\(|XMLHttpRequest|import\(", code.decode("ascii"))

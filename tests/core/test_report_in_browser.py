@@ -1,0 +1,295 @@
+"""report.html in a real Chromium: what a click shows is what the files say, whatever the ids are.
+
+Where no Chromium is installed these tests are skipped; `.ci/run` installs one, and fails without.
+"""
+
+import os
+import re
+from xml.sax.saxutils import escape
+
+import numpy as np
+import pandas as pd
+import pytest
+from browser import Browser, find_chromium
+from matplotlib import colormaps
+from matplotlib.image import imread
+from small_city import HEAD, house
+
+from citypv.core.commands.command_line import main
+from citypv.core.results.read_results import read_results
+
+pytestmark = pytest.mark.once
+FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
+HOSTILE = [
+    "</script><script>document.title='bad'</script>",
+    "\"'><img src=x onerror=document.title='bad'>",
+    "&lt;b&gt;&amp;",
+    "${document.title='bad'}",
+    "__proto__",
+    "дом № 7",
+    "建筑物",
+    "\u202ehouse 🏠",
+    "long_" * 60,
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Results of sixteen houses, whose ids want to do harm."""
+    place, rng = tmp_path_factory.mktemp("browser"), np.random.default_rng(3)
+    names = [*HOSTILE, *(f"house {k}" for k in range(len(HOSTILE), 16))]
+    text = ""
+    for k, name in enumerate(names):
+        size, low = rng.uniform([8, 8, 4], [16, 16, 20]), (24 * (k % 4), 24 * (k // 4))
+        text += house(escape(name, {'"': "&quot;"}), low, size)
+    city = place / "city.gml"
+    city.write_text(f"{HEAD}{text}</CityModel>\n", encoding="utf-8")
+    assert main(["simulate", str(city), "--monthly", "--out", str(place / "out"), *FAST]) == 0
+    assert main(["plot", str(place / "out"), "--quiet"]) == 0
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def faces(folder):
+    return pd.read_csv(folder / "faces.csv", index_col="surface_id", keep_default_na=False, na_values=[""])
+
+
+def start(**options):
+    chromium = find_chromium()
+    if chromium is None:
+        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)("no Chromium on this machine")
+    return Browser(chromium, **options)
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    browser = start()
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def page(chromium, folder):
+    """The page as it opens; nothing else may be asked for, and nothing go wrong."""
+    chromium.resize(1200, 900)
+    chromium.open(folder / "report.html")
+    chromium.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    yield chromium
+    assert chromium.complaints == []
+    assert [url for url in chromium.requests if not url.startswith("data:")] == [(folder / "report.html").as_uri()]
+    assert chromium.run("document.title") == "Solar potential: out"
+
+
+def shown(page):
+    """Rows of the numbers beside the picture: dict of str to str."""
+    code = "[...document.querySelector('#city-chosen table').rows].map((row) => row.innerText.split('\\t'))"
+    return dict(page.run(code))
+
+
+def numbers(text):
+    return [float(part.replace(",", "")) for part in re.findall(r"-?\d[\d,]*\.?\d*", text)]
+
+
+class Picture:
+    """What rays through places of the window meet, by planes and convex polygons: neither three.js nor Embree."""
+
+    def __init__(self, page, folder):
+        outlines = read_results(folder).outlines
+        rings = [outlines.rings(surface)[0] for surface in range(len(outlines.surface_start) - 1)]
+        padded = [np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings]
+        self.corners = np.array(padded, float)  # (n, 5, 3)
+        self.normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        self.frame = np.array(page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)"))
+        self.origin, target = np.array(page.run("[view.camera.position.toArray(), view.controls.target.toArray()]"))
+        self.ahead = (target - self.origin) / np.linalg.norm(target - self.origin)
+        right = np.cross(self.ahead, [0, 0, 1])
+        self.right = right / np.linalg.norm(right)
+        self.scale = 2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]  # per pixel
+
+    def meet(self, x, y):
+        """The nearest surface, and where it is met; -1 for none."""
+        left, top, width, height = self.frame
+        across, upward = (x - left - width / 2) * self.scale, (top + height / 2 - y) * self.scale
+        ray = self.ahead + across * self.right + upward * np.cross(self.right, self.ahead)
+        distance = np.einsum("nk,nk->n", self.corners[:, 0] - self.origin, self.normal) / (self.normal @ ray)
+        hit = self.origin + distance[:, None] * ray
+        along = np.roll(self.corners, -1, axis=1) - self.corners
+        side = np.einsum("nck,nk->nc", np.cross(along, hit[:, None] - self.corners), self.normal)
+        inside = ((side >= 0).all(axis=1) | (side <= 0).all(axis=1)) & (distance > 0)
+        return int(np.argmin(np.where(inside, distance, np.inf))) if inside.any() else -1
+
+    def places(self, count, seed):
+        """Random places whose neighbours show the same, with what they show: list of (x, y, surface)."""
+        rng, found = np.random.default_rng(seed), []
+        while len(found) < count:
+            x, y = self.frame[:2] + rng.uniform(0.2, 0.8, 2) * self.frame[2:]
+            met = {self.meet(x + dx, y + dy) for dx, dy in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))}
+            if len(met) == 1:
+                found.append((x, y, met.pop()))
+        return found
+
+
+def on_counted_area(faces, column):
+    """Column of faces.csv as a mean over the open area: its means are over whole polygons."""
+    return faces[column] * faces["area"] / faces["open_area"]
+
+
+def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
+    places, kinds = Picture(page, folder).places(100, seed=5), set()
+    kwh_per_kwp = read_results(folder).summary["totals"]["area_per_kwp"]
+    hours = on_counted_area(faces, "full_load_hours")
+    error = on_counted_area(faces, "full_load_hours_standard_error")
+    months = [on_counted_area(faces, f"full_load_hours_{month:02d}") for month in range(1, 13)]
+    for x, y, surface in places:
+        page.click(x, y)
+        if surface < 0:
+            assert page.run("chosen.surface") == -1
+            continue
+        name, row = faces.index[surface], faces.iloc[surface]
+        told = shown(page)
+        assert told["Surface"] == name
+        assert page.run("document.querySelector('#city-chosen p button').textContent") == row["building_id"]
+        assert numbers(told["Tilt"] + told["Azimuth"]) == pytest.approx(
+            [row.surface_tilt, row.surface_azimuth], abs=0.06
+        )
+        assert numbers(told["Area"])[0] == pytest.approx(row.area, abs=0.006)
+        assert numbers(told["Sky view factor"])[0] == pytest.approx(row.sky_view_factor, abs=0.0006)
+        kinds.add(row.kind)
+        if not row.eligible:
+            assert told["Does not count"]
+            continue
+        kwp = row.open_area / kwh_per_kwp
+        assert numbers(told["Power"])[0] == pytest.approx(kwp, abs=0.006)
+        assert numbers(told["Full load hours"]) == pytest.approx([hours[name], error[name]], abs=0.06)
+        assert numbers(told["Energy in a year"]) == pytest.approx([kwp * hours[name], kwp * error[name]], abs=1)
+        bars = page.run("document.querySelector('#city-chosen .months').ariaLabel")
+        assert numbers(bars) == pytest.approx([month[name] for month in months], abs=0.06)
+    assert kinds == {"facade", "roof"}
+
+
+def test_totals_are_those_of_buildings_csv(page, folder, faces):
+    buildings = pd.read_csv(folder / "buildings.csv", index_col="building_id")
+    page.run("byId('more').hidden || byId('more').click()")
+    cells = "[...byId('buildings').tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent))"
+    table = page.run(cells)
+    assert sorted(row[0] for row in table) == sorted(buildings.index)
+    assert [numbers(row[3])[0] for row in table] == sorted((numbers(row[3])[0] for row in table), reverse=True)
+    for place, (name, *texts) in enumerate(table):
+        one = buildings.loc[name]
+        area, kwp, mwh, hours, flat = (numbers(text)[0] for text in texts)
+        assert [area, kwp, mwh] == pytest.approx([one.eligible_area, one.kwp, one.mwh_per_year], rel=0.001, abs=0.51)
+        assert [hours, flat] == pytest.approx([one.full_load_hours, one.flat_roof_kwp], abs=0.06)
+        assert mwh == pytest.approx(one.mwh_per_year, abs=0.006)
+        page.run(f"document.querySelectorAll('#city-buildings td button')[{place}].click()")
+        parts = shown_parts(page)
+        assert parts["Together"][:4] == pytest.approx([area, kwp, mwh, hours], abs=0.06)
+        for title, kind in (("Facades", "facade"), ("Pitched roofs", "roof")):
+            own = faces[(faces["building_id"] == name) & faces["eligible"] & (faces["kind"] == kind)]
+            mean = np.average(on_counted_area(own, "full_load_hours"), weights=own["open_area"])
+            assert [parts[title][0], parts[title][3]] == pytest.approx([own["open_area"].sum(), mean], abs=0.51)
+
+
+def shown_parts(page):
+    """Area, kWp, MWh and hours of the parts of the chosen building: dict of str to list of float."""
+    rows = page.run("[...document.querySelector('#city-chosen table').tBodies[0].rows].map((row) => row.innerText)")
+    return {row.split("\t")[0]: [numbers(text)[0] for text in row.split("\t")[1:]] for row in rows}
+
+
+def test_the_city_has_the_colours_of_its_hours(page, folder, faces, tmp_path):
+    """Pixels of the picture, by matplotlib's viridis; darker by at most the shade."""
+    picture = Picture(page, folder)
+    low, high = page.run("[currentLayer().low, currentLayer().high]")
+    page.picture(tmp_path / "page.png")
+    pixels, checked = imread(tmp_path / "page.png")[:, :, :3], 0
+    for x, y, surface in picture.places(60, seed=9):
+        if surface >= 0 and faces["eligible"].iloc[surface]:
+            hours = on_counted_area(faces, "full_load_hours").iloc[surface]
+            colour = np.array(colormaps["viridis"](np.clip((hours - low) / (high - low), 0, 1))[:3])
+            seen = pixels[int(y), int(x)]
+            shade = seen @ colour / (colour @ colour)
+            assert 0.72 < shade < 1.01 and seen == pytest.approx(shade * colour, abs=0.02)
+            checked += 1
+    assert checked > 15
+
+
+def test_names_do_nothing_but_stand_there(page):
+    for name in HOSTILE:
+        page.run("byId('search').value = ''")
+        page.run("byId('search').focus()")
+        page.call("Input.insertText", text=name)
+        found = page.run("[...byId('buildings').tBodies[0].rows].map((row) => row.cells[0].textContent)")
+        assert found == [name]
+        page.run("document.querySelector('#city-buildings td button').click()")
+        assert page.run("document.querySelector('#city-chosen p button').textContent") == name
+        assert page.run("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.run("document.querySelectorAll('#city img, #city script').length") == 0
+
+
+def test_other_scripts_do_not_run(chromium, folder):
+    chromium.open(folder / "report.html")
+    chromium.run(
+        "document.body.append(Object.assign(document.createElement('script'), { textContent: 'window.ran = 1' }))"
+    )
+    chromium.run("document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=\"window.ran = 2\">')")
+    chromium.run("fetch('http://127.0.0.1:9/').catch(() => 0)")
+    assert chromium.run("window.ran === undefined")
+    assert sum("Content Security Policy" in complaint for complaint in chromium.complaints) >= 3
+
+
+def test_keys_alone_do_all(page, folder):
+    distance = "view.camera.position.distanceTo(view.controls.target)"
+    page.run("byId('view').focus()")
+    before, target = page.run(distance), page.run("view.controls.target.toArray()")
+    page.press("+")
+    assert page.run(distance) == pytest.approx(0.8 * before)
+    page.press("ArrowLeft")
+    assert page.run("view.controls.target.toArray()") != target
+    direction = page.run("view.controls.getAzimuthalAngle()")
+    page.press("ArrowLeft", shift=True)
+    assert page.run("view.controls.getAzimuthalAngle()") != direction
+    page.press("Home")
+    page.wait(f"Math.abs({distance} - {before}) < 1e-6 * {before}")
+    page.run("document.querySelector('#city-buildings td button').focus()")
+    page.press("Enter")
+    outlines, building = read_results(folder).outlines, page.run("chosen.building")
+    rows = page.run(f"rows[{building}].surfaces")
+    corners = np.concatenate([outlines.rings(row)[0] for row in rows])
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    page.wait(f"view.controls.target.distanceTo(new THREE.Vector3({','.join(map(str, middle))})) < 0.01")
+    page.run("document.querySelector('#city-chosen details').open = true")
+    page.wait("document.querySelectorAll('#city-chosen li button').length === 7")
+    page.run("document.querySelector('#city-chosen li button').focus()")
+    page.press("Enter")
+    assert page.run("chosen.surface") == rows[0]
+    page.run("byId('view').focus()")
+    page.press("Escape")
+    assert page.run("chosen.building") == -1
+
+
+def test_on_a_phone_nothing_hangs_over(page):
+    page.resize(375, 812)
+    page.run("chooseSurface(city.surfaces.findIndex((_, surface) => city.reason[surface] === 0))")
+    assert page.run("[document.documentElement.scrollWidth, view.canvas.clientWidth <= 375]") == [375, True]
+
+
+def test_months_share_a_scale_if_wanted(page, faces):
+    page.run("byId('layer').value = city.layers.findIndex((layer) => layer.name === 'month_06')")
+    page.run("byId('layer').dispatchEvent(new Event('change'))")
+    assert "Jun" in page.run("byId('legend-title').textContent")
+    own = page.run("currentLayer().high")
+    page.run("byId('shared').click()")
+    shared = page.run("currentLayer().high")
+    most = on_counted_area(faces[faces["eligible"]], "full_load_hours_06").max()
+    assert 0.9 * most < own <= shared
+
+
+def test_without_webgl_the_table_is_there(folder):
+    browser = start(webgl=False)
+    try:
+        browser.open(folder / "report.html")
+        assert "WebGL" in browser.run("byId('note').textContent")
+        assert browser.run("[byId('view').checkVisibility(), byId('buildings').tBodies[0].rows.length]") == [False, 16]
+        browser.run("document.querySelector('#city-buildings td button').click()")
+        assert len(shown_parts(browser)) == 3
+    finally:
+        browser.close()
