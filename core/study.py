@@ -19,13 +19,14 @@ from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
+from .light.edit_light import edit_light, trace_editable
 from .light.merge_transfers import seed_of_round
 from .light.prepare_scene import prepare_scene, reseed
 from .light.rounds import continue_sampling, trace_alone
 from .light.trace_gather import trace_seasons
 from .light.transfer import scale_direct
 from .patches.read_albedo import check_materials
-from .photons.specular_light import trace_hybrid
+from .photons.specular_light import specular_of, trace_hybrid
 from .photons.trace_forward import trace_forward
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
@@ -108,10 +109,10 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, report_share=ignore_share):
+def stand_city(city, request, report_share=ignore_share, site=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
-    `report_share` is told the share that is done, 0 to 1.
+    `report_share` is told the share that is done, 0 to 1; `site` is that of another scene, where it is to be kept.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
@@ -193,6 +194,41 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
     transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
     return weigh_kept_suns(transfer, weather.axis) if transfer.record.interrupted else transfer
+
+
+def trace_base(scene, weather, request, progress=silent, *, prepared=None):
+    """The same so that the city can be edited: EditableCity, with the Transfer.
+
+    Raises
+    ------
+    InputError
+        It asks for another estimator than gather.
+    """
+    prepared = prepared or prepare_study(scene, weather, request, progress=progress)
+    suns = choose_year(weather, request) if prepared.suns is None else prepared.suns
+    return trace_editable(prepared, suns, request, progress, specular=specular_of)
+
+
+def trace_edit(base, city, progress=silent, *, request=None):
+    """Trace an edited City (`city.edit_city`) from what is known of the one before: EditableCity.
+
+    Parameters
+    ----------
+    base : EditableCity
+    city : City
+    progress : callable, optional
+        See `core.progress`.
+    request : Request, optional
+        With other materials than those of the base.
+
+    Raises
+    ------
+    CancelledError
+    InputError
+        As of `edit_light`.
+    """
+    scene = stand_city(city, request or base.request, site=base.transfer.site)
+    return edit_light(base, scene, progress, request=request)
 
 
 def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):

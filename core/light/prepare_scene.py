@@ -27,6 +27,7 @@ class PreparedScene:
     round: Round | None = None  # if further ones are to be merged with it
     bounces: int | None = None  # number of reflections, where a round before found it
     bare: bool = False  # whether deciduous trees are traced without leaves
+    editable: bool = False  # whether what rays and suns met is kept, for edits of the city
 
     @cached_property
     def canopy(self):

@@ -163,7 +163,7 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
         task.progress.begin(block)
         shadows = look_at_block(context, task, block, task.progress.report_rays)
         average_surfaces(context.patch_to_surface, shadows.visible_share, context.threads, visible_share[:, block])
-        annual += shadows.by_point
+        annual += shadows.light_of_points(context.patches.normal, block_of_suns(task.suns, block), context.threads)
         shadow_rays += shadows.ray_count
         task.progress.end()
     clock.lap("suns")

@@ -28,7 +28,7 @@ from .solve_radiosity import (
 )
 from .solve_sky import radiosity_of_elements
 from .sun_blocks import FIRST_SUNS, SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
-from .sun_visibility import SunWatch, projection_in_front, sun_visibility
+from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 from .transfer import variance_of_mean
 
 CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
@@ -74,10 +74,12 @@ class SunTask:
     blocks: list  # of slice
     progress: SunProgress
     looked: dict = field(default_factory=dict)  # start of a block -> its Shadows, traced but not solved yet
+    bits: np.ndarray | None = None  # (p, words, s) uint16, of Shadows for all suns looked at; None: not kept
+    known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
 
 
-def prepare_suns(context, traced, suns):
-    """What the suns are looked at from: SunTask."""
+def prepare_suns(context, traced, suns, known=None):
+    """What the suns are looked at from: SunTask; `known` as of `trace_all`."""
     patches, plan = context.patches, context.plan
     watch = SunWatch(
         context.ray_scene,
@@ -91,7 +93,11 @@ def prepare_suns(context, traced, suns):
         context.threads,
     )
     progress = SunProgress(context.progress, len(suns), int(context.reflections))
-    return SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
+    task = SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
+    if context.editable:
+        task.bits = np.zeros((len(patches), -(-context.points // WORD), len(suns)), np.uint16)
+    task.known = known and known.shadows(watch)
+    return task
 
 
 def look_at_block(context, task, block, report):
@@ -101,8 +107,12 @@ def look_at_block(context, task, block, report):
     part = block_of_suns(task.suns, block)
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
-    found = sun_visibility(task.watch, few, block.start, report)
-    return found if lit.all() else found.among(lit)
+    known = task.known and task.known.of_suns(np.flatnonzero(lit) + block.start, few.directions)
+    found = sun_visibility(task.watch, few, block.start, report, known=known)
+    found = found if lit.all() else found.among(lit)
+    if task.bits is not None:
+        task.bits[:, :, block] = found.bits
+    return found
 
 
 def light_of_first_days(context, traced, task):
@@ -205,13 +215,14 @@ def solve_block(context, traced, task, block, *, found, specular):
     height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
     far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
     visible_share, to_surface, threads = shadows.visible_share, context.patch_to_surface, context.threads
+    by_point = shadows.light_of_points(context.patches.normal, part, threads)
     if context.bounces:
         reflected, propagated, last = iterate_bounces(
             exchange_of(context, traced),
             first_reflections(context, traced, shadows, part.directions),
             context.bounces,
             far_first=far_first,
-            first_light=shadows.by_point.mean(axis=1).sum(dtype=float),
+            first_light=by_point.mean(axis=1).sum(dtype=float),
             weight=part.weights,
             progress=task.progress.report_bounce,
         )
@@ -235,7 +246,7 @@ def solve_block(context, traced, task, block, *, found, specular):
             annual.specular = annual.specular + weighted
     average_surfaces(to_surface, visible_share, threads, out=found.visible_share[:, block])
     found.ray_count += shadows.ray_count
-    annual.by_point += shadows.by_point
+    annual.by_point += by_point
 
 
 def add_errors(context, traced, watch, found, sky):

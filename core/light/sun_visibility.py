@@ -14,7 +14,7 @@ from ..patches.patches import Patches, order_nearby
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
-from ..settings.threads import map_in_order
+from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import KnownPoints, find_points, shadow_points, split_net
 from .sun_blocks import SunBlock
 
@@ -48,7 +48,6 @@ class Shadows:
     points: KnownPoints
     turns: np.ndarray  # (p,) int, number of points that each one stands for which looks at a sun
     weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
-    by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
     ray_count: int
 
     @property
@@ -57,6 +56,22 @@ class Shadows:
         share = np.empty((len(self.bits), self.bits.shape[2]), np.float32)
         count_visible(self.bits, self.weight, share)
         return share
+
+    def light_of_points(self, normal, suns, threads=1):
+        """Irradiance of each point without reflections, weighted sum over the suns: (p, m) float32.
+
+        `normal` are those of the patches, (p, 3) float32; `suns` is the SunBlock.
+        """
+        points = self.points.open_points.shape[1]
+        light = np.zeros((len(normal), points), np.float32)
+
+        def add(rows):
+            aoi_projection = projection_in_front(normal[rows], suns[0])
+            add_points(self.bits[rows], aoi_projection, suns[1].astype(np.float32), light[rows])
+            light[rows] *= self.weight[rows, None] * np.float32(points)
+
+        work_in_slices(add, len(normal), threads)
+        return light
 
     def among(self, traced):
         """The same among more suns, (n,) bool, none of which is visible but those that were traced: Shadows."""
@@ -99,18 +114,19 @@ def projection_in_front(normal, directions):
     return aoi_projection
 
 
-def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
+def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, known=None):
     """Trace shadow rays from points of patches to each sun in front of them.
 
     Parameters
     ----------
     watch : SunWatch
     suns : SunBlock
-        With their weights in `by_point`.
     first_sun : int
         Number of suns before this block.
     report : callable
         Called with the share of patches done and the number of rays traced.
+    known : tuple of (p, words, s) uint16 and (p, s) bool, optional
+        `bits` of a city before an edit, overwritten; and which of these suns patches are to look at again.
 
     Returns
     -------
@@ -127,12 +143,13 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
         wanted = watch.traced | watch.unobstructed
         watch.points = find_points(patches, watch.covered, m, wanted, watch.threads)
     turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
+    bits, asked = known or (np.zeros((len(patches), -(-m // WORD), len(directions)), np.uint16), None)
+    looking = watch.traced if asked is None else watch.traced & asked.any(axis=1)
     found = Shadows(
-        bits=np.zeros((len(patches), -(-m // WORD), len(directions)), np.uint16),
+        bits=bits,
         points=watch.points,
         turns=turns,
         weight=(turns / m).astype(np.float32),
-        by_point=np.zeros((len(patches), m), np.float32),
         ray_count=0,
     )
     # Where nothing stands in front every sun is visible, from the open part of the patch.
@@ -141,18 +158,18 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
     aoi_projection = projection_in_front(patches.normal[free], directions)
     found.bits[free] = np.where(aoi_projection > 0, (1 << min(m, WORD)) - 1, 0)[:, None]
     found.weight[free] *= open_share
-    found.by_point[free] = (open_share * (aoi_projection @ suns[1].astype(np.float32)))[:, None]
-    step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
+    step = max(1, min(POINTS_PER_TASK // m, -(-int(looking.sum()) // watch.threads)))
     tasks = []
-    for many in np.unique(turns[watch.traced]):
-        rows = np.flatnonzero(watch.traced & (turns == many))
+    for many in np.unique(turns[looking]):
+        rows = np.flatnonzero(looking & (turns == many))
         # Several patches share a packet of rays then, and should lie side by side.
         rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
         tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
 
     def trace_some(task):
         chosen, turns = task
-        return trace_in_turns(watch, chosen, SunsInTurns(suns, first_sun, turns), found)
+        in_turns = SunsInTurns(suns, first_sun, turns)
+        return trace_in_turns(watch, chosen, in_turns, bits, None if asked is None else asked[chosen])
 
     done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
     for (chosen, many), ray_count in zip(tasks, map_in_order(trace_some, tasks, watch.threads), strict=True):
@@ -181,7 +198,7 @@ def check_watch(watch, suns):
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
 
 
-def trace_in_turns(watch, chosen, suns, found):
+def trace_in_turns(watch, chosen, suns, bits, asked=None):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
@@ -190,15 +207,17 @@ def trace_in_turns(watch, chosen, suns, found):
     chosen : (c,) int
         The patches.
     suns : SunsInTurns
-    found : Shadows
+    bits : (p, words, s) uint16
         Written: the rows of these patches.
+    asked : (c, s) bool, optional
+        Which suns each of them looks at; all if not given.
 
     Returns
     -------
     int
         Number of rays.
     """
-    (directions, weights), before, turns = suns
+    (directions, _), before, turns = suns
     patches, known = watch.patches, watch.points
     position, is_open = shadow_points(patches, chosen, watch.point_count), known.open_points[chosen]
     parts = split_net(watch.point_count, turns)
@@ -212,51 +231,59 @@ def trace_in_turns(watch, chosen, suns, found):
             places = np.take_along_axis(position, taken[:, :, None], axis=1)
             opened = np.take_along_axis(is_open, taken, axis=1)
         aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
-        wanted = np.ones(aoi_projection.shape, bool) if watch.behind else aoi_projection > 0
+        in_front = aoi_projection > 0
+        wanted = np.ones(in_front.shape, bool) if watch.behind else in_front
+        wanted = wanted if asked is None else wanted & asked[:, first::turns]
         free = watch.ray_scene.trace_shadow_rays(places, wanted, directions[first::turns])
         ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
-        lit = aoi_projection, (turns * weights[first::turns]).astype(np.float32)
         columns = np.arange(first, len(directions), turns)
-        add_points(free, (opened, taken), (*lit, columns), chosen, (found.bits, found.by_point))
+        set_bits(free, (opened, taken), (wanted & in_front, columns), chosen, bits)
     return ray_count
 
 
-@njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_points(free, points, suns, chosen, light):
-    """Add up the light at the points of each patch.
+@njit(nogil=True, cache=True)
+def set_bits(free, points, suns, chosen, bits):
+    """Write which points of patches see which suns.
 
     Parameters
     ----------
     free : (c, s, m) bool
     points : tuple of (c, m) bool and (c, m) int
         Which points are open, and their numbers among all of their patch.
-    suns : tuple of (c, s) float32, (s,) float32 and (s,) int
-        Cosine of incidence of each sun, 0 where it is behind the patch, its weight, and its column.
+    suns : tuple of (c, s) bool and (s,) int
+        Which suns each patch looks at, and the column of each.
     chosen : (c,) int
-        Rows of `light` that belong to the patches.
-    light : tuple of (p, words, s) uint16 and (p, m) float32
-        Written: `bits` and `by_point` of Shadows.
+        Rows of `bits` that belong to the patches.
+    bits : (p, words, s) uint16
+        Written.
     """
-    (open_points, taken), (aoi_projection, weights, columns), (bits, by_point) = points, suns, light
-    point_count, words = open_points.shape[1], bits.shape[1]
-    total, found = np.empty(point_count, np.float32), np.empty(words, np.int64)
+    (open_points, taken), (wanted, columns) = points, suns
+    found = np.empty(bits.shape[1], np.int64)
     for patch in range(len(free)):
-        row, is_open, place = chosen[patch], open_points[patch], taken[patch]
-        for point in range(point_count):
-            total[point] = by_point[row, place[point]]
+        is_open, place = open_points[patch], taken[patch]
         for sun in range(free.shape[1]):
-            if aoi_projection[patch, sun] <= 0:
+            if not wanted[patch, sun]:
                 continue
-            weighted, seen = weights[sun] * aoi_projection[patch, sun], free[patch, sun]
+            seen = free[patch, sun]
             found[:] = 0
-            for point in range(point_count):
-                lit = seen[point] & is_open[point]
-                total[point] += weighted if lit else NOTHING
-                found[place[point] >> 4] |= np.int64(lit) << (place[point] & 15)
-            for word in range(words):
-                bits[row, word, columns[sun]] = found[word]
-        for point in range(point_count):
-            by_point[row, place[point]] = total[point]
+            for point in range(len(place)):
+                found[place[point] >> 4] |= np.int64(seen[point] & is_open[point]) << (place[point] & 15)
+            for word in range(len(found)):
+                bits[chosen[patch], word, columns[sun]] = found[word]
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def add_points(bits, aoi_projection, weights, light):
+    """Add (s,) weights times (c, s) cosines of suns to the light, (c, m) float32, of points whose bits are set."""
+    points = light.shape[1]
+    for patch in range(len(bits)):
+        for sun in range(bits.shape[2]):
+            weighted = weights[sun] * aoi_projection[patch, sun]
+            for word in range(bits.shape[1]):
+                seen = np.int64(bits[patch, word, sun])
+                if seen and weighted > 0:
+                    for bit in range(min(WORD, points - WORD * word)):
+                        light[patch, WORD * word + bit] += weighted if (seen >> bit) & 1 else NOTHING
 
 
 @njit(nogil=True, cache=True)

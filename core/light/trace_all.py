@@ -27,6 +27,7 @@ from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, RayCity, count_starts, empty_traced
 
 STAGE = "sky and reflections"
+SMALLEST_AREA = 2.0**-20  # [m²] in which areas are added, as whole numbers: in any order they give the same sum
 
 
 @dataclass(kw_only=True)
@@ -41,6 +42,7 @@ class GatherContext(RayCity):
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
     progress: Callable
     rounds: bool = False  # whether further ones go on from what this one finds
+    editable: bool = False  # whether all that an edit of the city needs is kept
     bounces: int = 0  # number of reflections, of all light
 
     @property
@@ -100,12 +102,16 @@ def prepare_gather(prepared, request, progress):
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
         progress=progress,
         rounds=prepared.round is not None,
+        editable=prepared.editable,
         bounces=plan.max_bounces or prepared.bounces or 0,
     )
 
 
-def trace_all(context):
-    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each: Traced."""
+def trace_all(context, known=None):
+    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each: Traced.
+
+    With `known`, of `edit_light.Known`, the rows that an edit of the city leaves as they are are not traced.
+    """
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (
         -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
@@ -118,7 +124,10 @@ def trace_all(context):
 
     def trace(chosen, count):
         nonlocal done
-        for part in trace_rows(context, np.flatnonzero(chosen), count):
+        found.samples[chosen] = count
+        left = chosen if known is None else chosen & ~known.put(found, chosen)
+        done += count * int((chosen & ~left).sum())
+        for part in trace_rows(context, np.flatnonzero(left), count):
             found.put(part)
             done += count * (len(part.rows) + len(part.dark))
             context.progress(STAGE, done, most, "rays")
@@ -140,7 +149,8 @@ def trace_all(context):
     fill_closed_forms(context, found)
     if plan.reflections:
         found.factor = element_factors(context, found)
-    found.element_far_ground = found.open_share = None
+    if not context.editable:
+        found.element_far_ground = found.open_share = None
     return found
 
 
@@ -156,9 +166,9 @@ def measure_filled(form_factors, area):
     """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
     seen = np.zeros(len(area))
     for rows in form_factors.rows:
-        weight = np.repeat(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays), np.diff(rows.start))
-        seen += np.bincount(patch_of_keys(form_factors, rows), weight, len(area))
-    return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
+        weight = np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
+        seen += np.bincount(patch_of_keys(form_factors, rows), np.repeat(weight, np.diff(rows.start)), len(area))
+    return np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
 
 
 def patch_of_keys(form_factors, rows):

@@ -1,6 +1,6 @@
 """From a scene and its suns to the Transfer: the gather estimator."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -17,16 +17,27 @@ from ..sun.horizon import without_hidden
 from ..sun.suns import check_suns, interrupted_suns
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
-from .prepare_scene import prepare_scene
+from .prepare_scene import PreparedScene, prepare_scene
 from .rounds import keep_patches, with_patches
 from .solve_radiosity import Exchange, find_bounces, radiosity_factor
 from .solve_sky import solve_dome, solve_source
-from .solve_suns import light_of_first_days, prepare_suns, solve_suns
-from .trace_all import prepare_gather, trace_all
-from .traced import SKY_DOME
+from .solve_suns import SunTask, light_of_first_days, prepare_suns, solve_suns
+from .trace_all import GatherContext, prepare_gather, trace_all
+from .traced import SKY_DOME, Traced
 from .transfer import Emitted, ErrorParts, TraceRecord, Transfer, note_interruption, variance_of_mean
 
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
+
+
+@dataclass
+class TracedCity:
+    """What the rays and suns of a run met, and what follows from it."""
+
+    prepared: PreparedScene
+    context: GatherContext
+    traced: Traced
+    task: SunTask
+    transfer: Transfer
 
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):
@@ -63,21 +74,29 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     check_scene(scene)
     check_suns(suns)
     check_request(request)
-    clock = Clock()
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     if prepared.plan["specular"].on and specular is None:
         problem = "a material is a mirror, glossy or glass, which gather alone does not follow"
         raise InputError("trace_gather", problem, "use trace_hybrid")
+    return trace_light(prepared, suns, request, progress, folder, specular=specular).transfer
+
+
+def trace_light(prepared, suns, request, progress, folder=None, *, specular=None, known=None):
+    """The same for a prepared scene and unchecked suns: TracedCity.
+
+    With `known`, of `edit_light.Known`, only what an edit of the city changes is traced.
+    """
+    clock, scene = Clock(), prepared.scene
     context = prepare_gather(prepared, request, progress)
     patches, plan, ray_scene = context.patches, context.plan, context.ray_scene
     to_surface = context.patch_to_surface
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
 
-    traced = trace_all(context)
+    traced = trace_all(context, known)
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
-    task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain), known), None
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced, task)
         clock.lap("number of reflections")
@@ -86,7 +105,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     if light:
         factor = radiosity_factor(patches, traced.covered_share)
         diffuse.add(light.of_sky(factor * diffuse.by_replicate.mean(axis=1)))
-    traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
+    if not context.editable:
+        traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
     clock.lap("diffuse reflections")
     sources = {}
     for source in plan.sources:
@@ -125,8 +145,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
             patches=len(patches),
             threads=context.threads,
             engine=ray_scene.engine,
-            hemisphere_rays=traced.ray_count.pop(SKY_DOME),
-            source_rays=traced.ray_count,
+            hemisphere_rays=traced.ray_count[SKY_DOME],
+            source_rays={name: traced.ray_count[name] for name in sources},
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,
@@ -143,13 +163,15 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
+    found = TracedCity(prepared, context, traced, task, transfer)
     if prepared.round is None or transfer.record.interrupted:
-        return transfer
+        return found
     annual = direct.annual
     none = np.zeros_like(diffuse.by_replicate) if annual.reflected is None else annual.reflected
     kept = keep_patches(context, task, prepared.round, (diffuse.by_replicate, none), annual.by_point)
     emitted = Emitted(diffuse.radiosity, annual.radiosity, annual.lit_ground)
-    return with_patches(transfer, replace(kept, emitted=emitted, uneven=(diffuse.error.uneven, direct.error.uneven)))
+    kept = replace(kept, emitted=emitted, uneven=(diffuse.error.uneven, direct.error.uneven))
+    return replace(found, transfer=with_patches(transfer, kept))
 
 
 def choose_bounces(prepared, context, traced, task):
@@ -225,4 +247,9 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
             direct_reflected=keep_columns(transfer.direct_reflected, len(bare.suns)),
             record=replace(transfer.record, interrupted=bare.record.interrupted),
         )
-    return replace(transfer, bare=bare, leaf_months=foliage.months)
+    return join_seasons(transfer, bare, prepared.plan)
+
+
+def join_seasons(transfer, bare, plan):
+    """Transfer in leaf with the bare one as its `bare`; where that is None, itself."""
+    return transfer if bare is None else replace(transfer, bare=bare, leaf_months=plan.foliage.months)

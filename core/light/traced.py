@@ -232,6 +232,7 @@ class Traced:
     filled: np.ndarray | None = None  # (p,) float32, share of a patch's hemisphere that receivers fill; None: unknown
     unseen_share: float = 0.0  # of all hits, on patches that were left out
     factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
+    samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 
     def put(self, part):
         """Replace rows by those of a RowLight."""
@@ -271,4 +272,5 @@ def empty_traced(city):
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
         form_factors=FormFactors([], count, elements, city.starts) if city.reflections else None,
         ray_count=dict.fromkeys(first, 0),
+        samples=np.zeros(count, np.int32),
     )

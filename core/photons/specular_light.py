@@ -224,5 +224,9 @@ def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
     Parameters, result and errors as of `trace_gather`.
     """
     prepared = prepared or prepare_scene(scene, request, suns=suns)
-    specular = partial(trace_specular, prepared) if prepared.plan["specular"].on else None
-    return trace_gather(scene, suns, request, progress, folder, prepared=prepared, specular=specular)
+    return trace_gather(scene, suns, request, progress, folder, prepared=prepared, specular=specular_of(prepared))
+
+
+def specular_of(prepared):
+    """The hook for gather where a material does not reflect by Lambert's law, else None."""
+    return partial(trace_specular, prepared) if prepared.plan["specular"].on else None

@@ -1,0 +1,146 @@
+"""Edits of a city, as between two variants of a plan: buildings and trees added, removed, moved, raised."""
+
+import copy
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..settings.errors import InputError
+from .city import City
+from .locate_site import turn_to_true_north
+from .polygons import starts_of
+
+FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
+LISTS = ("surface_id", "building_id", "thematic", "lod", "material")
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is edited, by ids of buildings and names of trees of the city before; the added ones come last."""
+
+    removed: Collection[str] = ()
+    moved: dict = field(default_factory=dict)  # id -> [m] to true east and north
+    raised: dict = field(default_factory=dict)  # id -> [m] by which all above its foot goes up, or down
+    added: tuple = ()  # of City, in the system of the files
+
+
+def edit_city(city, change, convergence=0.0):
+    """City after a change.
+
+    Parameters
+    ----------
+    city : City
+    change : Change
+    convergence : float, optional
+        [°] Of the city's site.
+
+    Returns
+    -------
+    City
+
+    Raises
+    ------
+    InputError
+        An id is unknown, an added city is in another system, or no building is left.
+    """
+    trees = {tree.name for tree in city.trees}
+    buildings, known = np.array(city.building_id), {*city.building_id, *trees}
+    for name in (*change.removed, *change.moved, *change.raised):
+        if name not in known or (name in change.raised and name not in {*city.building_id}):
+            cure = "take ids from the column building_id of faces.csv"
+            raise InputError(name, "no building of the city has this id", cure)
+    points = city.points.copy()
+    polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
+    for name, rise in change.raised.items():
+        points[above_foot(city, points, np.flatnonzero(buildings[polygon] == name)), 2] += rise
+    shifts = {}
+    for name, (east, north) in change.moved.items():
+        shifts[name] = turn_to_true_north(np.array([[east, north, 0.0]]), -convergence)[0]
+        points[buildings[polygon] == name] += shifts[name]
+    moved = [move_tree(tree, shifts[tree.name]) if tree.name in shifts else tree for tree in city.trees]
+    left = replace(city, points=points, trees=[tree for tree in moved if tree.name not in change.removed])
+    left = take_polygons(left, ~np.isin(buildings, list(change.removed)))
+    for other in change.added:
+        left = join_cities(left, other)
+    if not len(left):
+        raise InputError("the edited city", "no building is left", "keep one at least")
+    return left
+
+
+def above_foot(city, points, rows):
+    """Those of the points of a building, (k,) int, that are not of its foot: where a GroundSurface has a point at the
+    same place, or, without any, its lowest points."""
+    thematic = np.repeat(city.thematic, np.diff(city.ring_start[city.polygon_start]))[rows]
+    places = np.round(points[rows], 3)
+    ground = {tuple(place) for place in places[thematic == "GroundSurface"].tolist()}
+    if ground:
+        return rows[[tuple(place) not in ground for place in places.tolist()]]
+    return rows[places[:, 2] > places[:, 2].min(initial=np.inf) + FOOT]
+
+
+def move_tree(tree, shift):
+    """A tree moved by (3,) [m]."""
+    tree = copy.deepcopy(tree)
+    tree.place = None if tree.place is None else tree.place + shift
+    for polygon in tree.polygons:
+        polygon.rings = [ring + shift for ring in polygon.rings]
+    return tree
+
+
+def take_polygons(city, kept):
+    """Some polygons of a city, (n,) bool: City."""
+    rows = np.flatnonzero(kept)
+    ring = np.repeat(kept, np.diff(city.polygon_start))
+    lists = {name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS}
+    return replace(
+        city,
+        points=city.points[np.repeat(ring, np.diff(city.ring_start))],
+        ring_start=starts_of(np.diff(city.ring_start)[ring]),
+        polygon_start=starts_of(np.diff(city.polygon_start)[rows]),
+        **lists,
+    )
+
+
+def join_cities(one, other):
+    """Both cities as one: City. Names that the first one has already get a number.
+
+    Raises
+    ------
+    InputError
+        They are in different systems.
+    """
+    if other.crs is not None and other.crs != one.crs:
+        problem = f"it is in {other.crs}, the city in {one.crs}"
+        raise InputError("added buildings", problem, "give them in the system of the city")
+    lists = {
+        name: [*(getattr(one, name) or [""] * len(one)), *(getattr(other, name) or [""] * len(other))]
+        for name in LISTS
+        if getattr(one, name) is not None or getattr(other, name) is not None
+    }
+    for name in ("surface_id", "building_id"):
+        lists[name][len(one) :] = rename(lists[name][len(one) :], set(lists[name][: len(one)]))
+    names = rename([tree.name for tree in other.trees], {tree.name for tree in one.trees})
+    added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
+    return City(
+        points=np.concatenate([one.points, other.points]),
+        ring_start=np.append(one.ring_start, one.ring_start[-1] + other.ring_start[1:]),
+        polygon_start=np.append(one.polygon_start, one.polygon_start[-1] + other.polygon_start[1:]),
+        crs=one.crs,
+        report=one.report,
+        colours=other.colours | one.colours,
+        trees=[*one.trees, *added],
+        terrain=one.terrain,
+        **lists,
+    )
+
+
+def rename(names, taken):
+    """Names with the first free number behind those that are taken: list of str."""
+    found = {}
+    for name in dict.fromkeys(names):
+        number, found[name] = 2, name
+        while found[name] in taken:
+            found[name], number = f"{name}~{number}", number + 1
+        taken.add(found[name])
+    return [found[name] for name in names]

@@ -1,0 +1,160 @@
+"""What two cities have in common: patches that are the same in both, and boxes around all that differs."""
+
+from dataclasses import fields
+
+import numpy as np
+from numba import njit
+
+from ..patches.patches import Patches
+from ..rays.random_numbers import mix
+
+WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
+SIDE = 10.0  # [m] of the squares in plan by which boxes of changed triangles are told apart
+MOST_BOXES = 1 << 10
+FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
+
+
+def match_patches(before, after):
+    """The same patch of another PreparedScene for each patch: (p,) int, -1 if there is none.
+
+    Two patches are the same if all is that their rays follow from, the triangle that others meet included.
+    """
+    names = [name_patches(one) for one in (before, after)]
+    place = np.full(len(names[1]), -1)
+    _, one, other = np.intersect1d(*names, assume_unique=True, return_indices=True)
+    place[other] = one
+    return place
+
+
+def name_patches(prepared):
+    """A number of 64 bits for each patch that tells all of it but its albedo: (p,) uint64, distinct."""
+    patches, count = prepared.patches, len(prepared.patches)
+    corners = np.asarray(prepared.scene.vertices, float)[prepared.scene.triangles]
+    parts = [corners, *(getattr(patches, one.name) for one in fields(Patches) if one.name not in WITHOUT)]
+    words = np.zeros(count, np.uint64)
+    for part in parts:
+        packed = np.ascontiguousarray(part.reshape(count, -1)).view(np.uint8)
+        packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8)))
+        for column in packed.view(np.uint64).T:
+            words = mix(words + np.uint64(1) ^ column)
+    # Of several alike, the first is the first, the second the second.
+    order = np.argsort(words, kind="stable")
+    first = np.searchsorted(words[order], words[order])
+    words[order] = mix(words[order] + (np.arange(count) - first).astype(np.uint64))
+    return words
+
+
+def corners_of(scene, chosen):
+    """Corners of triangles, (t,) bool: (k, 3, 3) float64 [m]."""
+    return np.asarray(scene.vertices, float)[scene.triangles[chosen]]
+
+
+def mark_altered(cities, after):
+    """Patches of both cities, (o,) and (p,) bool, of which another one is the other side, or that coincide with others.
+
+    Parameters
+    ----------
+    cities : tuple of TracedCity and PreparedScene
+    after : (o,) int
+    """
+    before, prepared = cities
+    number = np.append(after, -1)
+    one, other = before.context.ray_scene.coincident, prepared.plan.ray_scene.coincident
+    sides = number[before.prepared.patches.other_side], prepared.patches.other_side
+    new = np.zeros(len(prepared.patches), bool)
+    kept = np.flatnonzero(after >= 0)
+    new[after[kept]] = sides[0][kept] != sides[1][after[kept]]
+    pairs = [
+        (np.repeat(np.arange(len(pairs.start) - 1), np.diff(pairs.start)), pairs.other, pairs.places)
+        for pairs in (one, other)
+    ]
+    names = []
+    for (face, met, places), numbers in zip(pairs, (number, np.arange(len(new))), strict=True):
+        words = np.zeros(len(face), np.uint64)
+        columns = numbers[face], numbers[met], np.sign(met - face), *places.reshape(len(face), 6).view(np.int64).T
+        for column in columns:
+            words = mix(words + np.uint64(1) ^ column.astype(np.int64).view(np.uint64))
+        names.append((numbers[face], words))
+    for (face, mine), (_, theirs) in zip(names, names[::-1], strict=True):
+        odd = face[~np.isin(mine, theirs)]
+        new[odd[odd >= 0]] = True
+    old = np.zeros(len(after), bool)
+    old[kept] = new[after[kept]]
+    return old, new
+
+
+def name_trees(foliage):
+    """A number of 64 bits for each tree, from its shape and its leaves: (k,) uint64."""
+    if foliage is None:
+        return np.zeros(0, np.uint64)
+    crowns = foliage.crowns
+    parts = np.column_stack([crowns.vertices[crowns.triangles].reshape(-1, 9), crowns.trunk])
+    words = np.zeros(len(parts), np.uint64)
+    for column in parts.T:
+        words = mix(words + np.uint64(1) ^ np.ascontiguousarray(column).view(np.uint64))
+    names = np.zeros(len(crowns), np.uint64)
+    np.add.at(names, crowns.tree, words)
+    for depth in (*foliage.in_leaf, *foliage.bare):
+        names = mix(names ^ np.ascontiguousarray(depth, float).view(np.uint64))
+    return names
+
+
+def boxes_of(corners):
+    """Boxes around triangles, (k, 3, 3): the first around all, the others around those in each square of the plan.
+
+    Returns
+    -------
+    (b, 2, 3) float64 [m]
+        None without triangles.
+    """
+    if not len(corners):
+        return np.zeros((0, 2, 3))
+    square = np.unique(np.floor(corners.mean(axis=1)[:, :2] / SIDE), axis=0, return_inverse=True)[1].ravel()
+    square = square if square.max() < MOST_BOXES else np.zeros_like(square)
+    inside = [corners, *(corners[square == one] for one in range(square.max() + 1))]
+    return np.array([(part.min(axis=(0, 1)), part.max(axis=(0, 1))) for part in inside])
+
+
+@njit(nogil=True, cache=True)
+def pass_boxes(patches, directions, boxes, found):
+    """Whether a sun in front of a patch may stand behind any of some boxes.
+
+    Parameters
+    ----------
+    patches : tuple of (c, 3), (c,) and (c, 3) float64
+        A ball around each, middle and radius [m], and its normal.
+    directions : (s, 3) float64
+    boxes : (b, 2, 3) float64 [m]
+        Of `boxes_of`.
+    found : (c, s) bool
+        Written.
+    """
+    middle, radius, normal = patches
+    for patch in range(len(middle)):
+        for sun in range(len(directions)):
+            cosine = 0.0
+            for axis in range(3):
+                cosine += normal[patch, axis] * directions[sun, axis]
+            found[patch, sun] = False
+            if cosine < FROM_BEHIND or not len(boxes):
+                continue
+            if passes(middle[patch], directions[sun], boxes[0], radius[patch]):
+                for box in range(1, len(boxes)):
+                    if passes(middle[patch], directions[sun], boxes[box], radius[patch]):
+                        found[patch, sun] = True
+                        break
+
+
+@njit(nogil=True, cache=True, inline="always")
+def passes(origin, direction, box, margin):
+    """Whether a ray meets a box that is wider by a margin on all sides."""
+    near, far = 0.0, np.inf
+    for axis in range(3):
+        low, high = box[0, axis] - margin - origin[axis], box[1, axis] + margin - origin[axis]
+        if abs(direction[axis]) < 1e-12:
+            if low > 0 or high < 0:
+                return False
+        else:
+            one, other = low / direction[axis], high / direction[axis]
+            near, far = max(near, min(one, other)), min(far, max(one, other))
+    return near <= far

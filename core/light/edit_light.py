@@ -1,0 +1,326 @@
+"""Light of an edited city: what the edit leaves as it was comes from the city before, all else is traced.
+
+    patches      the same before and after, by all that their rays follow from ─► place
+    rays         of these patches, sent again at the changed triangles alone; those that meet one are compared in the
+                 two cities. A patch with a ray that ends elsewhere, or with other covered cells, is traced anew
+    shadows      each patch looks again at the suns that stand behind the boxes of what has changed
+
+The result is that of a run of the edited city: the same rays with the same random numbers, and the same solution.
+Only where two triangles share an edge may a ray meet the other one, as it may with another ray tracer.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..city.canopy import forget_rays
+from ..patches.patches import Patches
+from ..rays.hemisphere_rays import hemisphere_rays
+from ..rays.ray_scene import RayScene
+from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.request import Request
+from ..settings.threads import map_in_order
+from ..sun.suns import Suns
+from .compare_cities import boxes_of, corners_of, mark_altered, match_patches, name_trees, pass_boxes
+from .measure_cover import find_cover
+from .prepare_scene import build_tree, prepare_scene
+from .trace_gather import TracedCity, join_seasons, trace_light
+from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
+from .traced import Rows, leave_rows
+
+PINNED = ("receivers", "reflectors", "perez", "far-ground")  # effects that are decided as in the base
+NEARLY = 1e-3  # [m] more than rounding of places in single precision
+
+
+@dataclass
+class EditableCity:
+    """A traced city that can be edited."""
+
+    suns: Suns
+    request: Request
+    leaf: TracedCity
+    bare: TracedCity | None  # without leaves; None: one state all year
+    specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
+
+    @property
+    def transfer(self):
+        """Transfer of the city, both states of its trees included."""
+        return join_seasons(self.leaf.transfer, self.bare and self.bare.transfer, self.leaf.prepared.plan)
+
+
+def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None, known=(None, None)):
+    """Trace a city so that it can be edited.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    suns : Suns
+    request : Request
+    progress : callable, optional
+        See `core.progress`.
+    specular : callable, optional
+        As of `EditableCity`.
+    known : tuple of two Known, optional
+        In leaf and bare.
+
+    Returns
+    -------
+    EditableCity
+
+    Raises
+    ------
+    CancelledError
+    InputError
+        It is a tile, a further round, or asks for another estimator than gather.
+    """
+    check_editable(prepared, request)
+    prepared, states, foliage = replace(build_tree(prepared, request), editable=True), [], prepared.plan.foliage
+    for bare in (False, True)[: 1 + bool(foliage and foliage.seasonal)]:
+        state = replace(prepared, bare=bare)
+        hook = specular(state)
+        states.append(trace_light(state, suns, request, progress, specular=hook, known=known[bare]))
+    if foliage:
+        forget_rays(foliage.kept)
+    return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, specular)
+
+
+def edit_light(base, scene, progress=silent, *, request=None):
+    """Trace an edited city from what is known of the city before.
+
+    Parameters
+    ----------
+    base : EditableCity
+    scene : Scene
+        Of the edited city, made with the site of the base (`SceneOptions.site`).
+    progress : callable, optional
+    request : Request, optional
+        With other materials than the base's.
+
+    Returns
+    -------
+    EditableCity
+        Its plan, suns and number of reflections are those of the base.
+
+    Raises
+    ------
+    CancelledError
+    InputError
+        The base was interrupted, or the scene has another site.
+    """
+    if base.transfer.record.interrupted:
+        raise InputError("the base", "its run was interrupted", "trace it again, to the end")
+    if scene.site != base.leaf.prepared.scene.site:
+        raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
+    request = request or base.request
+    prepared = build_tree(prepare_edit(base, scene, request), request)
+    known = Known(base.leaf, prepared), Known(base.bare or base.leaf, prepared)
+    return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
+
+
+def prepare_edit(base, scene, request):
+    """Materials and patches of an edited city, with the decisions of the base: PreparedScene."""
+    plan, context = base.leaf.prepared.plan, base.leaf.context
+    effects = {key: plan[key].on for key in PINNED} | request.effects
+    prepared = prepare_scene(scene, replace(request, effects=effects), suns=base.suns)
+    kept = {name: getattr(plan, name) for name in ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")}
+    return replace(prepared, plan=replace(prepared.plan, **kept), bounces=context.bounces)
+
+
+def check_editable(prepared, request):
+    """Refuse what cannot be edited.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.estimator != "gather":
+        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
+    if prepared.scene.halo is not None:
+        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
+    if prepared.patches.points_before.any():
+        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
+
+
+class Known:
+    """What a city before an edit tells of the edited one, patch by patch.
+
+    Parameters
+    ----------
+    before : TracedCity
+    prepared : PreparedScene
+        Of the edited city, with its tree.
+    """
+
+    def __init__(self, before, prepared):
+        self.before, self.prepared = before, prepared
+        self.place = match_patches(before.prepared, prepared)  # (p,) int, of the patch before; -1: it is new
+        self.after = np.full(len(before.prepared.patches), -1)  # (o,) int, the other way round
+        self.after[self.place[self.place >= 0]] = np.flatnonzero(self.place >= 0)
+
+    @cached_property
+    def solids(self):
+        """Triangles only one of the two cities has, and such as coincide with others in one only: (k, 3, 3) [m]."""
+        lost, new = self.after < 0, self.place < 0
+        one, other = mark_altered((self.before, self.prepared), self.after)
+        return np.concatenate(
+            [corners_of(self.before.prepared.scene, lost | one), corners_of(self.prepared.scene, new | other)]
+        )
+
+    @cached_property
+    def crowns(self):
+        """Triangles of trees that only one of the two cities has: (k, 3, 3) float64 [m]."""
+        foliage = [one.plan.foliage for one in (self.before.prepared, self.prepared)]
+        trees = [name_trees(one) for one in foliage]
+        changed = [
+            one.crowns.vertices[one.crowns.triangles[~np.isin(mine, theirs)[one.crowns.tree]]]
+            for one, mine, theirs in zip(foliage, trees, trees[::-1], strict=True)
+            if one is not None
+        ]
+        return np.concatenate([np.zeros((0, 3, 3)), *changed])
+
+    @cached_property
+    def same(self):
+        """Patches whose rays meet what they met before: (p,) bool."""
+        return find_same(self)
+
+    @cached_property
+    def rows(self):
+        """Hits of these patches' rays, with the numbers that patches have now: list of Rows."""
+        form_factors, found = self.before.traced.form_factors, []
+        bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
+        rising = (np.diff(self.place[self.place >= 0]) > 0).all()
+        kept = np.append(self.same, False)[self.after]
+        for rows in form_factors.rows:
+            part = leave_rows(rows, kept[rows.chosen])
+            key = (self.after[part.key >> bits] << bits | part.key & (1 << bits) - 1).astype(np.int32)
+            if not rising:
+                key = key[np.lexsort([key, np.repeat(np.arange(len(part.chosen)), np.diff(part.start))])]
+            found.append(Rows(self.after[part.chosen], part.start, key, part.rays))
+        return found
+
+    def put(self, found, chosen):
+        """Write what is known of some patches, (p,) bool, to a Traced: (p,) bool, of which."""
+        old = self.before.traced
+        known = chosen & self.same & (old.samples[self.place] == found.samples)
+        rows = self.place[known]
+        for name, first in found.first.items():
+            for part in ("light", "element", "deviation"):
+                getattr(first, part)[known] = getattr(old.first[name], part)[rows]
+        for name in ("far_ground", "element_far_ground", "open_share", "covered"):
+            getattr(found, name)[known] = getattr(old, name)[rows]
+        if found.form_factors is not None:
+            for part in self.rows:
+                found.form_factors.put(leave_rows(part, known[part.chosen]))
+        return known
+
+    def shadows(self, watch):
+        """What is known of the suns: KnownShadows."""
+        old, rows = self.before.task.watch, self.place
+        turns = [np.ones(len(one.traced), int) if one.turns is None else one.turns for one in (old, watch)]
+        kept = (rows >= 0) & watch.traced & old.traced[rows] & (turns[0][rows] == turns[1])
+        kept &= (watch.covered == old.covered[rows]).all(axis=1)
+        bits = np.where(kept[:, None, None], self.before.task.bits[rows], np.uint16(0))
+        return KnownShadows(bits, kept, watch.patches, boxes_of(np.concatenate([self.solids, self.crowns])))
+
+
+@dataclass
+class KnownShadows:
+    """Which points of patches saw which suns before an edit."""
+
+    bits: np.ndarray  # (p, words, s) uint16, of `Shadows`
+    kept: np.ndarray  # (p,) bool, patches for which they hold where nothing has changed
+    patches: Patches
+    boxes: np.ndarray  # (k, 2, 3) float64 [m], around all that has changed
+
+    def of_suns(self, columns, directions):
+        """Bits of some suns, (s,) int, with directions, (s, 3); and which of these to look at again: (p, s) bool."""
+        asked = np.ones((len(self.kept), len(columns)), bool)
+        rows = np.flatnonzero(self.kept)
+        corner, edges = self.patches.corner[rows].astype(float), self.patches.edges[rows].astype(float)
+        middle = corner + edges.sum(axis=1) / 3
+        corners = np.stack([corner, corner + edges[:, 0], corner + edges[:, 1]], axis=1)
+        radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + self.patches.offset[rows] + NEARLY
+        few = np.empty((len(rows), len(columns)), bool)
+        pass_boxes((middle, radius, self.patches.normal[rows].astype(float)), directions.astype(float), self.boxes, few)
+        asked[rows] = few
+        return np.ascontiguousarray(self.bits[:, :, columns]), asked
+
+
+def find_same(known):
+    """Patches that a city had before, whose cells are covered as before, and whose rays end at the same triangles.
+
+    Parameters
+    ----------
+    known : Known
+
+    Returns
+    -------
+    (p,) bool
+    """
+    before, prepared, place = known.before, known.prepared, known.place
+    context, traced, patches = before.context, before.traced, prepared.patches
+    same = (place >= 0) & (traced.samples[place] > 0)
+    if not len(known.solids) and not len(known.crowns):
+        return same
+    covered = find_cover(prepared.plan.ray_scene, patches, same, context.threads)
+    same &= (covered == traced.covered[place]).all(axis=1)
+    rows = np.flatnonzero(same & ~covered.all(axis=1))
+    scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
+    number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
+    low, high = (edge(np.concatenate([known.solids, known.crowns]).reshape(-1, 3), 0) for edge in (np.min, np.max))
+
+    def differ(task):
+        """Which patches of a task have a ray that ends elsewhere now."""
+        chosen, count = task
+        other, sequence = np.zeros(len(chosen), bool), sobol_digits(count // HEMISPHERE_REPLICATES)
+        within = np.flatnonzero(covered[chosen].any(axis=1))
+        facing = np.flatnonzero(rises_in_front(patches, chosen, low, high))
+        facing = np.union1d(facing, within)
+        for rows, rays in rays_of_patches(context, patches, chosen[facing], sequence):
+            origins, directions = (np.ascontiguousarray(part.reshape(-1, 3)) for part in rays)
+            owner = np.repeat(facing[rows], rays[0].shape[1])
+            met = scenes[0].trace_closest(origins, directions) >= 0
+            ends = [one.trace_places(origins[met], directions[met]).triangle for one in (context.ray_scene, after)]
+            other[owner[met][number[ends[0]] != ends[1]]] = True
+            other[owner[scenes[1].trace_closest(origins, directions) >= 0]] = True
+            # Along the ground line rays are tested for starting below ground.
+            low_ones = np.isin(owner, within)
+            up = np.tile(np.float32([0, 0, 1]), (int(low_ones.sum()), 1))
+            other[owner[low_ones][scenes[0].trace_closest(origins[low_ones], up) >= 0]] = True
+        return chosen[other]
+
+    tasks = []
+    counts = traced.samples[place[rows]]
+    for count in np.unique(counts):
+        some, step = rows[counts == count], max(1, RAYS_PER_TASK // int(count))
+        tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
+    for changed in map_in_order(differ, tasks, context.threads):
+        same[changed] = False
+    return same
+
+
+def scene_of(corners):
+    """Triangles, (k, 3, 3) [m], for tracing: RayScene."""
+    return RayScene(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+def rises_in_front(patches, chosen, low, high):
+    """Whether some part of a box, from `low` to `high`, lies in front of patches: (c,) bool."""
+    normal, corner = patches.normal[chosen].astype(float), patches.corner[chosen].astype(float)
+    highest = np.where(normal > 0, high, low)
+    return ((highest - corner) * normal).sum(axis=1) > -NEARLY
+
+
+def rays_of_patches(city, patches, chosen, sequence):
+    """All rays of some patches: a list of which of them, (c,) int, with origins and directions, (c, rays, 3)."""
+    found = [(np.arange(len(chosen)), hemisphere_rays(patches, chosen, sequence)[:2])] if len(chosen) else []
+    few = sequence[: -(-len(sequence) // city.rays_share)]
+    for source in city.sources:
+        facing = np.flatnonzero(source.unshaded(patches.normal[chosen]).astype(np.float32) > LEAST)
+        if len(facing):
+            found.append((facing, source_rays(patches, source, chosen[facing], few, share=city.rays_share)[:2]))
+    return found
