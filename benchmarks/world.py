@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from citypv.core.energy.pv_system import build_system, default_system
+from citypv.core.commands.world import modules_alone
+from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
@@ -67,7 +68,7 @@ def main():
 def print_meridian(options):
     places = grid_places(np.arange(0.0, 73.0), np.array([MERIDIAN]))
     for method, way in ((None, "exact"), ("paper", "paper")):
-        request = Request(**METHODS.get(method, {}), method=method)
+        request = modules_alone(Request(**METHODS.get(method, {}), method=method))
         wanted = "isotropic" if method else options.sky
         environments, sky = read_environments([*options.environments, "unshaded"], build_system(request), wanted)
         source = model_source(places, "climate", request, "clear-sky")
@@ -88,11 +89,11 @@ def print_meridian(options):
 
 def print_parallel(options):
     """Least, largest, and both coasts' full load hours along parallels of the United States, on land."""
-    environments, _ = read_environments([*options.environments, "unshaded"], default_system(), options.sky)
+    environments, _ = read_environments([*options.environments, "unshaded"], dc_system(), options.sky)
     for north in PARALLELS:
         places = grid_places(np.array([north]), np.arange(-125.0, -65.0))
         source = model_source(places, "climate", Request())
-        world = compute_world(environments, source, default_system(), sky=options.sky, threads=options.threads)
+        world = compute_world(environments, source, dc_system(), sky=options.sky, threads=options.threads)
         groups = ["_".join(pair) for pair in world.groups]
         for number, name in enumerate(world.environments):
             hours = world.full_load_hours[:, number, groups.index("facade_south"), 0]
@@ -146,8 +147,8 @@ def print_scatter(options):
     for seed in range(1, options.scatter + 1):
         request = replace(base, seed=seed)
         transfer = trace_scene(scene, read_year(scene.site, request), request)
-        environment = build_environment(str(seed), "trace", transfer, default_system())
-        worlds.append(compute_world([environment], source, default_system(), threads=options.threads))
+        environment = build_environment(str(seed), "trace", transfer, dc_system())
+        worlds.append(compute_world([environment], source, dc_system(), threads=options.threads))
     periods = np.array([world.full_load_hours[..., :13] for world in worlds])
     gain = np.array([world.full_load_hours[..., 0] / world.without_reflections[..., 0] for world in worlds])
     for name, found, stated in (
@@ -160,13 +161,12 @@ def print_scatter(options):
 
 
 def print_shift(options):
-    environments, _ = read_environments([*options.environments, "unshaded"], default_system())
+    environments, _ = read_environments([*options.environments, "unshaded"], dc_system())
     grid = np.meshgrid(SHIFT_LATITUDES, SHIFT_LONGITUDES, indexing="ij")
     places = Places(grid[0].ravel(), grid[1].ravel())
     source = model_source(places, "clear-sky", Request(horizon_cut="neglect"))
     exact, paper = (
-        compute_world(environments, source, default_system(), way, threads=options.threads)
-        for way in ("exact", "paper")
+        compute_world(environments, source, dc_system(), way, threads=options.threads) for way in ("exact", "paper")
     )
     groups = ["_".join(pair) for pair in exact.groups]
     for number, name in enumerate(exact.environments):
@@ -185,7 +185,7 @@ def print_shift(options):
 def print_cost(options):
     places = Places(np.array([0.0, 20, 40, 52, 65, -30]), np.array([25.0, 10, -100, 10, 25, 140]))
     source = model_source(places, "climate", Request())
-    system = default_system()
+    system = dc_system()
     for one in read_environments([*options.environments, "unshaded"], system)[0]:
         compute_world([one], source, system, threads=1)  # compiles
         exact, seconds = measure(one, source, system)

@@ -2,13 +2,14 @@
 
 import importlib.util
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
 from ..settings.errors import InputError
+from ..settings.presets import METHODS
 from ..settings.request import declared_settings, option_of
 from ..study import check_settings
 from ..world.compute_world import compute_world
@@ -64,6 +65,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     log = log or RunLog(None)
     check_settings(request)
     check_world_settings(request, settings)
+    request = modules_alone(request)
     if cluster:
         check_cluster(cluster.cluster)
     system = build_system(request)
@@ -75,6 +77,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
+        log.write(f"Modules: DC without losses, {request.mounting}")
         for line in describe_world(environments, source, sky):
             log.write(line)
         log.clock.lap("open weather")
@@ -107,9 +110,10 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
 
 def check_world_settings(request, settings):
     """Refuse settings that mean nothing for a world."""
-    grid = request.weather in MODELS
+    grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
     for name, default, _ in declared_settings("weather", "electricity"):
-        if getattr(request, name) != default and (name in NOT_FOR_WORLDS or (grid and name in STATIONS_ONLY)):
+        usual = default, implied.get(name, default)
+        if getattr(request, name) not in usual and (name in NOT_FOR_WORLDS or (grid and name in STATIONS_ONLY)):
             raise InputError(option_of(name), "means nothing for this world", "leave it out")
     if settings.step is not None and not 0 < settings.step <= 90:
         raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")
@@ -119,6 +123,12 @@ def check_world_settings(request, settings):
         raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
     if request.weather == "pvgis":
         raise InputError("--weather", "pvgis is for single places", "give climate, clear-sky or files")
+
+
+def modules_alone(request):
+    """Settings of a world: DC without losses, on open racks unless another mounting is asked for: Request."""
+    mounting = "open-rack" if request.mounting == "auto" else request.mounting
+    return replace(request, mounting=mounting, losses=0.0, inverter=None)
 
 
 def describe_world(environments, source, sky):

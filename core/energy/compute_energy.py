@@ -18,7 +18,7 @@ from .counted_area import find_counted_area, find_groups
 from .energy import Energy, HourlySeries, join_seasons, states_of_year
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
-from .pv_system import default_system
+from .pv_system import dc_system
 from .standard_errors import standard_errors_of_hours
 from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, run_model, sum_block, take_block
 
@@ -40,7 +40,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     transfer : Transfer
     weather : Weather
     system : PvSystem, optional
-        By default the paper's module on open racks.
+        By default the paper's module on open racks, DC without losses.
     threads : int, optional
         By default all processors; the result does not depend on it.
     progress : callable, optional
@@ -72,7 +72,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     check_transfer(transfer)
     check_hours(weather)
     check_sky(transfer, sky)
-    system = default_system() if system is None else system
+    system = dc_system() if system is None else system
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
@@ -81,33 +81,33 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     sums = sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress)
     years = count_years(weather)
     hour = weather.interval / pd.Timedelta(hours=1)
-    by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
+    by_month = np.where(electric[:, None], sums.by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
     errors, *errors_of_means = standard_errors_of_hours(
         transfer, weather, full_load_hours, poa, years, groups=groups, sky=parts
     )
-    ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
         direct_relative_annual_standard_error=np.asarray(transfer.direct_annual_standard_error, float),
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
+        full_load_hours_dc=np.where(electric, sums.dc * hour / years, np.nan),
         full_load_hours_standard_error=errors,
         full_load_hours_by_month=by_month,
+        full_load_hours_by_year=np.where(electric[:, None], sums.by_year * hour, np.nan),
         times=weather.data.index,
         interval=weather.interval,
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
         group_standard_error=errors_of_means[0],
+        group_dc=np.where(electric, sums.dc * hour / years, 0.0) @ groups.weight,
         sampling_error=errors_of_means[1],
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,
         **{name: getattr(counted, name) for name in AREAS},
-        specific_yield=np.where(electric, sums.specific_yield * hour / years, np.nan) if ac else None,
-        capacity_factor_ac=spread_hours(sums.capacity_factor_ac, task.hours, len(weather.data)) if ac else None,
         sky=sky,
         series=compute_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
@@ -120,8 +120,8 @@ class Task:
     transfer: object  # Transfer
     hours: Hours  # in the precision of the blocks
     curves: PvlibCurves | PowerTables
-    ac: bool  # whether to compute AC power
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
+    mounting: np.ndarray  # (n,) int from `PvSystem.mounting_of`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
     reach: float  # largest angle between an hour and its traced suns [°]
     sky: SkyParts
@@ -134,8 +134,8 @@ class Task:
             group_weight=group_weight,
             neighbours=self.neighbours,
             reach=self.reach,
-            dtype=self.hours.dni.dtype,
-            iam=self.iam[:, rows],
+            iam=self.iam[:, rows].astype(self.hours.dni.dtype),
+            mounting=self.mounting[rows],
         )
         return add_sources(block, self.transfer, rows, self.sky)
 
@@ -149,8 +149,8 @@ def prepare_task(transfer, weather, system, electric, sky):
         transfer,
         hours if plain else Hours(**single),
         PvlibCurves(system) if plain else tabulate_power(system),
-        system.feeds_grid,
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
+        system.mounting_of(transfer.surfaces.kind),
         order_neighbours(transfer.suns),
         largest_mismatch(transfer.suns, hours.direction, hours.match, hours.match_weight),
         sky,
@@ -180,20 +180,18 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
 
     def run(block):
         rows, curves = block
-        ac = task.ac and curves is not None
-        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours, curves, ac=ac)
+        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours, curves)
 
     count, hours, done = len(electric), len(task.hours), 0
-    series = [np.zeros((length, group_weight.shape[1])) for length in (hours, hours if task.ac else 0)]
-    total = BlockSums(np.zeros(count), np.zeros(count), np.zeros((count, 12)), series[0], np.zeros(count), series[1])
+    single = (np.zeros(count) for _ in range(3))
+    periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
+    total = BlockSums(*single, *periods, np.zeros((hours, group_weight.shape[1])))
     # The matrix products are small: BLAS threads would only wait for each other.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         for rows, sums in pool.map(run, blocks):
-            for name in ("direct_relative", "poa_global", "capacity_factor_by_month", "specific_yield"):
+            for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
                 getattr(total, name)[rows] = getattr(sums, name)
             total.capacity_factor += sums.capacity_factor
-            if len(sums.capacity_factor_ac):
-                total.capacity_factor_ac += sums.capacity_factor_ac
             done += len(rows)
             if progress is not None:
                 progress("electricity", float(done * hours), float(count * hours), "surface-hours")
@@ -204,13 +202,13 @@ def compute_series(task, rows, count):
     """Time series of the surfaces `rows`, (k,) int, on a time axis of `count` intervals: HourlySeries."""
     block = task.block(rows, np.zeros((len(rows), 0)))
     values = np.zeros((3, count, len(rows)))
-    for _, first, last in task.hours.chunks():
+    for first, last in task.hours.chunks():
         part = task.hours.rows(first, last)
         projection, direct = direct_part(block, part)
-        sunward, diffuse, power = run_model(task.curves, block, part, direct, projection)
+        sunward, diffuse, dc = run_model(task.curves, block, part, direct, projection)
         poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
-        values[:, part.interval] = poa_direct, diffuse + (sunward - poa_direct), power
-    return HourlySeries(rows, *values, task.curves.ac(values[2].astype(block.normal.dtype)) if task.ac else None)
+        values[:, part.interval] = poa_direct, diffuse + (sunward - poa_direct), task.curves.ac(dc)
+    return HourlySeries(rows, *values)
 
 
 def spread_hours(values, hours, count):

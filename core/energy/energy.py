@@ -19,8 +19,7 @@ class HourlySeries:
     rows: np.ndarray  # (k,) int, row indices of the surfaces
     poa_direct: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] direct sunlight
     poa_diffuse: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] sky with circumsolar light, and all reflected light
-    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, k) DC power over nominal power
-    capacity_factor_ac: np.ndarray | None = field(metadata=SUM)  # (T, k) AC power over nominal DC power; None without
+    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, k) AC power over nominal DC power
 
 
 @dataclass
@@ -30,15 +29,18 @@ class Energy:
     direct_relative_annual: np.ndarray = field(metadata=MEAN)  # (n,) over suns above 2°, reflections included
     direct_relative_annual_standard_error: np.ndarray = field(metadata=MEAN)  # (n,)
     poa_global_annual: np.ndarray = field(metadata=SUM)  # (n,) [kWh/m²] per year
-    full_load_hours: np.ndarray = field(metadata=SUM)  # (n,) [h] per year, DC; NaN for ground and downward surfaces
+    full_load_hours: np.ndarray = field(metadata=SUM)  # (n,) [h] per year, AC; NaN for ground and downward surfaces
+    full_load_hours_dc: np.ndarray = field(metadata=SUM)  # (n,) [h] before losses and inverter
     full_load_hours_standard_error: np.ndarray = field(metadata=SUM)  # (n,) [h] from rays, patch sizes and suns
     full_load_hours_by_month: np.ndarray = field(metadata=SUM)  # (n, 12) [h]
+    full_load_hours_by_year: np.ndarray = field(metadata=SUM)  # (n, y) [h] of `split_years`; (n, 0) for a single year
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
     group_standard_error: np.ndarray = field(metadata=SUM)  # (g,) [h] of the mean full load hours of each group
+    group_dc: np.ndarray = field(metadata=SUM)  # (g,) [h] mean full load hours of each group, DC
     sampling_error: float = field(metadata=SUM)  # [h] of the mean over the counted area of all groups, from rays only
     capacity_factor: np.ndarray = field(metadata=SUM)  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
@@ -48,8 +50,6 @@ class Energy:
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings
     counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
-    specific_yield: np.ndarray | None = field(default=None, metadata=SUM)  # (n,) [kWh/kWp] per year, AC; None without
-    capacity_factor_ac: np.ndarray | None = field(default=None, metadata=SUM)  # (T, g) AC power over nominal DC power
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 
@@ -116,20 +116,16 @@ def sum_potential(rows, area, energy, system):
     Returns
     -------
     dict of str to float
-        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the counted area),
-        mwh_per_year [MWh] DC; with losses or an inverter also specific_yield [kWh/kWp] and mwh_ac_per_year [MWh].
-        Hours are None without any area.
+        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the counted area) and
+        mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year. Hours are None without any area.
     """
     rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
     counted, kwp = energy.counted_area[rows], energy.module_area[rows] / area_of_kwp(system.module)
     spread = area[rows] / counted  # hours are means over whole polygons; here over the counted area
     total = {"eligible_area": counted.sum(), "module_area": energy.module_area[rows].sum(), "kwp": kwp.sum()}
-    columns = {"full_load_hours": ("mwh_per_year", energy.full_load_hours)}
-    if energy.specific_yield is not None:
-        columns["specific_yield"] = ("mwh_ac_per_year", energy.specific_yield)
-    for name, (sum_name, values) in columns.items():
-        hours = values[rows] * spread
+    for name, sum_name in (("full_load_hours", "mwh_per_year"), ("full_load_hours_dc", "mwh_dc_per_year")):
+        hours = getattr(energy, name)[rows] * spread
         total[name] = (counted @ hours) / counted.sum() if len(rows) else None
         total[sum_name] = kwp @ hours / 1000
     return {name: None if value is None else float(value) for name, value in total.items()}

@@ -1,6 +1,7 @@
 """Data of each hour shared by all surfaces: sun, weather, and the traced suns that represent it."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pvlib
@@ -8,6 +9,7 @@ import pvlib
 from ..sun.horizon import is_above
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
 from ..sun.sun_sampling import match_suns
+from .energy import split_years
 from .power import cell_heating, spectral_factor
 
 CHUNK = 128  # hours at a time
@@ -19,6 +21,7 @@ class Hours:
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
+    year: np.ndarray  # (h,) int, among the whole years if the weather has several; -1 outside of them
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
     open: np.ndarray  # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
@@ -29,7 +32,7 @@ class Hours:
     level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
     temp_air: np.ndarray  # (h, 1) [°C] cell temperature without irradiance
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
-    heating: np.ndarray  # (h, 1) [Km²W⁻¹] cell temperature above air temperature, per POA irradiance
+    heating: np.ndarray  # (h, m) [Km²W⁻¹] cell above air temperature, per POA irradiance, of each mounting
     match: np.ndarray  # (h, k) int, traced suns that represent the hour
     match_weight: np.ndarray  # (h, k) float
 
@@ -41,12 +44,17 @@ class Hours:
         return Hours(**{name: values[first:last] for name, values in vars(self).items()})
 
     def chunks(self):
-        """Runs of at most CHUNK hours within one month: list of (month, first, last)."""
-        runs = []
-        for month in range(12):
-            first, last = np.searchsorted(self.month, [month, month + 1])
-            runs += [(month, start, min(start + CHUNK, last)) for start in range(first, last, CHUNK)]
-        return runs
+        """Runs of at most CHUNK hours within one month of one year: list of (first, last)."""
+        change = np.flatnonzero((np.diff(self.month) != 0) | (np.diff(self.year) != 0)) + 1
+        bounds = [0, *change.tolist(), len(self)]
+        return [
+            (start, min(start + CHUNK, last)) for first, last in pairwise(bounds) for start in range(first, last, CHUNK)
+        ]
+
+    @property
+    def year_count(self):
+        """Number of years that are summed one by one; 0 for a single one."""
+        return int(self.year.max(initial=-1)) + 1
 
 
 def prepare_hours(suns, weather, system, sky, terrain=None):
@@ -66,13 +74,16 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     Returns
     -------
     Hours
-        In float64. Cell heating is the Sandia model of the system's mounting, :doi:`10.2172/919131`.
+        In float64. Cell heating is the Sandia model of the system's mountings, :doi:`10.2172/919131`.
     """
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
     used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
     month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
     used = used[np.argsort(month, kind="stable")]
+    year, years = np.full(len(data), -1), split_years(data.index, weather.interval)
+    for number, (_, inside) in enumerate(years if len(years) > 1 else []):
+        year[inside] = number
     data, sunny = data.iloc[used], sunny[used]
     sunward = (data["dni"].to_numpy() + sky.circumsolar[used])[:, None]
     # No sun below 2° was traced: if light comes from there, the nearest one represents it.
@@ -88,6 +99,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     return Hours(
         interval=used,
         month=np.sort(month, kind="stable"),
+        year=year[used],
         direction=direction,
         sunny=sunny.astype(float)[:, None],
         open=above,
@@ -98,7 +110,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         level=level * above,
         spectral_factor=spectral_factor(airmass, system)[:, None],
         temp_air=dark[:, None],
-        heating=heating[:, None],
+        heating=heating,
         match=match.index,
         match_weight=match.weight.astype(float),
     )

@@ -19,7 +19,7 @@ import numpy as np
 import pvlib
 from scipy.interpolate import PchipInterpolator
 
-from .pv_system import SANDIA, PvSystem, convert_power
+from .pv_system import SANDIA, PvSystem, convert_power, thermal_parameters
 
 HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
@@ -33,7 +33,7 @@ MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
 ANGLE_NODES = 65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
-MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, uniform in their square root
+MOST_POWER, POWER_NODES = 2.0, 65536  # DC power in the inverter's table, uniform in its square root
 
 
 # -- the curves of a system, by pvlib --
@@ -116,7 +116,7 @@ def cell_heating(temp_air, wind_speed, system):
 
     Parameters
     ----------
-    temp_air, wind_speed : numpy.ndarray
+    temp_air, wind_speed : numpy.ndarray, (h,)
         [°C], [ms⁻¹]
     system : PvSystem
 
@@ -124,12 +124,13 @@ def cell_heating(temp_air, wind_speed, system):
     -------
     dark : numpy.ndarray
         [°C] without irradiance: that of the air; that of standard test conditions with the effect switched off.
-    slope : numpy.ndarray
-        [Km²W⁻¹] per irradiance on the plane.
+    slope : numpy.ndarray, (h, m)
+        [Km²W⁻¹] per irradiance on the plane, of each of the system's `mountings`.
     """
     if not system.temperature:
-        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros_like(temp_air)
-    return temp_air, pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **system.thermal)
+        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros((len(temp_air), len(system.mountings)))
+    laws = [thermal_parameters(mounting) for mounting in system.mountings]
+    return temp_air, np.stack([pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **law) for law in laws], axis=1)
 
 
 def dc_power(effective, temp_cell, module):
@@ -159,7 +160,7 @@ def dc_power(effective, temp_cell, module):
 # -- the arithmetic --
 
 
-def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours):
+def dc_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours, mounting):
     """DC power over nominal power of surfaces at hours.
 
     Parameters
@@ -173,6 +174,8 @@ def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, h
         Cosine of the angle of incidence, not negative; overwritten.
     hours : Hours
         The h hours, in the precision of the arrays.
+    mounting : numpy.ndarray, (n,) int
+        Column of `hours.heating` of each surface.
 
     Returns
     -------
@@ -184,7 +187,7 @@ def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, h
     effective *= hours.spectral_factor
     np.maximum(effective, 0, out=effective)  # visible shares between days may overshoot a little below 0
     temp_cell = np.add(direct, diffuse, out=aoi_projection)
-    temp_cell *= hours.heating
+    temp_cell *= np.take(hours.heating, mounting, axis=1)
     temp_cell += hours.temp_air
     return curves.power_at(effective, temp_cell)
 
@@ -206,13 +209,15 @@ class PvlibCurves:
         return incidence_factor(np.degrees(np.arccos(np.minimum(aoi_projection, 1.0))), self.system)
 
     def power_at(self, effective, temp_cell):
-        """Capacity factor, 0 without effective irradiance."""
+        """DC power over nominal power, 0 without effective irradiance."""
         lit, power = effective > 0, np.zeros_like(effective)
         power[lit] = dc_power(effective[lit], temp_cell[lit], self.system.module)
         return power
 
     def ac(self, power):
-        """AC power after losses and the inverter, over nominal DC power, from the capacity factor."""
+        """AC power after losses and the inverter, both over nominal DC power; DC power itself without either."""
+        if not self.system.feeds_grid:
+            return power
         power, inverter = np.maximum(power, 0.0) * (1.0 - self.system.losses / 100.0), self.system.inverter
         return power if inverter is None else convert_power(power, inverter)
 
@@ -222,9 +227,9 @@ class PowerTables:
     """The curves of a system as tables; values are those of the nearest node."""
 
     incidence: np.ndarray  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
-    efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], capacity factor per effective irradiance: 1, T, T² … (T scaled)
+    efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
     diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
-    conversion: np.ndarray  # (p,) float32, AC power over DC power, over the capacity factor
+    conversion: np.ndarray | None  # (p,) float32, AC over DC power, by DC power; None where they are the same
 
     def incidence_at(self, aoi_projection):
         """IAM of direct light; overwrites the cosine of the angle of incidence."""
@@ -233,7 +238,7 @@ class PowerTables:
         return look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
 
     def power_at(self, effective, temp_cell):
-        """Capacity factor: irradiance times a polynomial in the cell temperature, which is overwritten."""
+        """DC power over nominal power: irradiance times a polynomial in the cell temperature, which is overwritten."""
         temp_cell -= np.float32(MIDDLE)
         temp_cell /= np.float32(HALF)
         scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
@@ -245,7 +250,9 @@ class PowerTables:
         return power
 
     def ac(self, power):
-        """AC power over nominal DC power, from the capacity factor: (h, n) float32."""
+        """AC power over nominal DC power, from DC power: (h, n) float32."""
+        if self.conversion is None:
+            return power
         scale = np.float32((POWER_NODES - 1) / np.sqrt(MOST_POWER))
         power = np.maximum(power, 0)
         return power * look_up(self.conversion, np.sqrt(power), scale)[0]
@@ -264,9 +271,9 @@ def tabulate_power(system):
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)
     root = np.linspace(0.0, np.sqrt(MOST_POWER), POWER_NODES)
     fed = np.maximum(root, root[1] / 2) ** 2
-    tables = (values.astype(np.float32) for values in (incidence, efficiency, exact.ac(fed) / fed))
-    incidence, efficiency, conversion = tables
-    return PowerTables(incidence, efficiency, np.float32(exact.diffuse_share), conversion)
+    conversion = (exact.ac(fed) / fed).astype(np.float32) if system.feeds_grid else None
+    single = incidence.astype(np.float32), efficiency.astype(np.float32)
+    return PowerTables(*single, np.float32(exact.diffuse_share), conversion)
 
 
 def look_up(table, values, scale):

@@ -34,6 +34,8 @@ MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvli
     "insulated-back": "insulated_back_glass_polymer",
     "close-mount": "close_mount_glass_glass",
 }
+AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
+STANDING = ("flat", "rack")  # on these kinds
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 BEARING = ("facade", "roof", "flat", "rack")  # kinds that --usable may name
@@ -65,7 +67,7 @@ class PvSystem:
     """Modules, their mounting, the losses up to the grid, and the counted area."""
 
     module: Module
-    mounting: str = "open-rack"
+    mounting: str = "open-rack"  # of MOUNTINGS, or auto: by the kind of the surface
     incidence: str = "sapm"  # incidence angle modifier: sapm, physical, ashrae
     diffuse_incidence: bool = False  # whether diffuse light has an incidence angle modifier, too
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
@@ -79,13 +81,17 @@ class PvSystem:
 
     @property
     def feeds_grid(self):
-        """Whether AC energy is computed: with losses or an inverter."""
+        """Whether AC differs from DC: with losses or an inverter."""
         return self.losses > 0 or self.inverter is not None
 
     @property
-    def thermal(self):
-        """Parameters a, b and deltaT of Sandia's cell temperature."""
-        return pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][MOUNTINGS[self.mounting]]
+    def mountings(self):
+        """Mountings that occur, of MOUNTINGS: tuple of str."""
+        return AUTO if self.mounting == "auto" else (self.mounting,)
+
+    def mounting_of(self, kind):
+        """Which of `mountings` surfaces of some kinds, (n,) str, have: (n,) int."""
+        return (np.isin(kind, STANDING) & (self.mounting == "auto")).astype(int)
 
 
 def build_system(request):
@@ -125,9 +131,14 @@ def build_system(request):
     )
 
 
-def default_system():
-    """The paper's module on open racks, on open area."""
+def dc_system():
+    """The paper's module on open racks, on open area: DC without losses."""
     return PvSystem(pick_module(MODULE))
+
+
+def thermal_parameters(mounting):
+    """Parameters a, b and deltaT of Sandia's cell temperature: dict of float."""
+    return pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][MOUNTINGS[mounting]]
 
 
 @lru_cache

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from ..sun.sun_sampling import values_at
-from .power import capacity_factor
+from .power import dc_factor
 
 GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
 NEAREST = 24  # other suns that are considered
@@ -36,6 +36,7 @@ class Block:
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
+    mounting: np.ndarray  # (n,) int, column of `Hours.heating`
 
 
 @dataclass
@@ -44,13 +45,13 @@ class BlockSums:
 
     direct_relative: np.ndarray  # (n,) over the sunny hours
     poa_global: np.ndarray  # (n,) [Wm⁻²]
-    capacity_factor_by_month: np.ndarray  # (n, 12)
+    dc: np.ndarray  # (n,) DC power over nominal power
+    by_month: np.ndarray  # (n, 12) AC power over nominal power, as what follows
+    by_year: np.ndarray  # (n, y)
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
-    specific_yield: np.ndarray  # (n,) AC power over nominal power; 0 without AC
-    capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, iam, mounting):
     """Extract some surfaces of a Transfer, without the light of traced parts of the sky.
 
     Parameters
@@ -64,15 +65,16 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam):
         From `order_neighbours`.
     reach : float
         Largest angle between an hour and its traced suns [°].
-    dtype : numpy dtype
-        Precision to compute in.
     iam : numpy.ndarray, (2 + k, n)
-        Of these surfaces, from `diffuse_incidence_factors`.
+        Of these surfaces, from `diffuse_incidence_factors`, in the precision to compute in.
+    mounting : numpy.ndarray, (n,) int
+        Of these surfaces, from `PvSystem.mounting_of`.
 
     Returns
     -------
     Block
     """
+    dtype = iam.dtype
     none = np.zeros((0, len(rows)), dtype)
     return Block(
         normal=transfer.surfaces.normal[rows].T.astype(dtype),
@@ -81,10 +83,11 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam):
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
         sources=none,
         source_view=none,
-        iam=iam.astype(dtype),
+        iam=iam,
         visible_share=filled_share(transfer, rows, neighbours, reach, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
+        mounting=mounting,
     )
 
 
@@ -104,7 +107,7 @@ def add_sources(block, transfer, rows, sky):
     return replace(block, sources=light.astype(dtype), source_view=views.astype(dtype))
 
 
-def sum_block(block, hours, model, *, ac=False):
+def sum_block(block, hours, model):
     """Process all hours for one block.
 
     Parameters
@@ -114,8 +117,6 @@ def sum_block(block, hours, model, *, ac=False):
         In the block's precision.
     model : PvlibCurves, PowerTables or None
         None skips power.
-    ac : bool
-        Whether to compute AC power.
 
     Returns
     -------
@@ -125,10 +126,9 @@ def sum_block(block, hours, model, *, ac=False):
     dtype = block.normal.dtype
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
-    by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
+    dc, by_month, by_year = np.zeros(count), np.zeros((count, 12)), np.zeros((count, hours.year_count))
     of_groups = np.zeros((len(hours), groups), dtype)
-    of_groups_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
-    for month, first, last in hours.chunks():
+    for first, last in hours.chunks():
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
         direct_sums += weights[first:last].T @ direct
@@ -136,14 +136,15 @@ def sum_block(block, hours, model, *, ac=False):
             continue
         power = run_model(model, block, part, direct, projection)[-1]
         ones = np.ones(last - first, dtype)
-        by_month[:, month] += ones @ power
+        dc += ones @ power
+        power = model.ac(power)
+        sums = ones @ power
+        by_month[:, part.month[0]] += sums
+        if part.year[0] >= 0:
+            by_year[:, part.year[0]] += sums
         of_groups[first:last] = power @ block.group_weight
-        if ac:
-            power = model.ac(power)
-            specific_yield += ones @ power
-            of_groups_ac[first:last] = power @ block.group_weight
     relative, poa = add_linear_parts(block, hours, weights, direct_sums)
-    return BlockSums(relative, poa, by_month, of_groups, specific_yield, of_groups_ac)
+    return BlockSums(relative, poa, dc, by_month, by_year, of_groups)
 
 
 def direct_part(block, hours):
@@ -155,7 +156,7 @@ def direct_part(block, hours):
 
 
 def run_model(model, block, hours, direct, projection):
-    """POA irradiance and capacity factors at some hours; `direct` and `projection` are overwritten.
+    """POA irradiance and DC power at some hours; `direct` and `projection` are overwritten.
 
     Circumsolar light loses by the angle of incidence of direct light.
 
@@ -164,7 +165,7 @@ def run_model(model, block, hours, direct, projection):
     poa_direct, poa_diffuse : numpy.ndarray, (h, n)
         [Wm⁻²] Circumsolar light is part of the first; dome, traced parts of the sky, reflections and far ground of the
         second.
-    capacity_factor : numpy.ndarray, (h, n)
+    dc : numpy.ndarray, (h, n)
         [–] DC power over nominal power.
     """
     direct *= hours.sunward
@@ -179,7 +180,8 @@ def run_model(model, block, hours, direct, projection):
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
             effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    return direct, diffuse, capacity_factor(model, direct, diffuse, effective, projection, hours=hours)
+    dc = dc_factor(model, direct, diffuse, effective, projection, hours=hours, mounting=block.mounting)
+    return direct, diffuse, dc
 
 
 def split_sources(hours):

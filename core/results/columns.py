@@ -35,6 +35,7 @@ COLUMNS = (
     Column("eligible", "energy", "facade or roof that modules may be mounted on, or rack", kind="flag"),
     Column("area", "surfaces", "area without holes", "m2", stored=True),
     Column("open_area", "energy", "area that lies neither inside nor under buildings", "m2"),
+    Column("module_area", "energy", "area that carries modules", "m2"),
     Column("surface_tilt", "surfaces", "tilt from the horizontal", "degree", stored=True),
     Column("surface_azimuth", "surfaces", "azimuth clockwise from true north", "degree", stored=True),
     Column("covered_share", "transfer", "share that lies inside or under buildings", stored=True),
@@ -53,18 +54,16 @@ COLUMNS = (
     Column("direct_relative_annual_standard_error", "energy", "standard error of direct_relative_annual"),
     Column("poa_global_annual", "energy", "irradiation in the plane of the surface per year", "kWh m-2",
            title="Irradiation in the plane of the surface", legend_unit="kWh/m² per year"),
-    Column("full_load_hours", "energy", "full load hours per year", "h", title="Full load hours",
+    Column("full_load_hours", "energy", "full load hours per year, AC after losses", "h", title="Full load hours",
            legend_unit="h per year"),
     Column("full_load_hours_standard_error", "energy",
            "standard error of full_load_hours: rays, size of patches where it matters, choice of suns", "h",
            title="Standard error of the full load hours", legend_unit="h per year"),
-    Column("specific_yield", "energy", "AC energy per year and nominal power", "kWh kWp-1"),
+    Column("full_load_hours_dc", "energy", "full load hours per year, DC without losses", "h"),
 )  # fmt: skip
 
 
-def tabled_columns(energy):
-    """Columns of faces.csv and CityJSON: those that a run has, list of Column."""
-    return [one for one in COLUMNS if one.tabled and (one.owner != "energy" or getattr(energy, one.name) is not None)]
+TABLED = tuple(one for one in COLUMNS if one.tabled)  # those of faces.csv and CityJSON
 
 
 def column_values(column, transfer, energy):

@@ -6,6 +6,7 @@ from pathlib import PurePath
 from ..settings.request import declared_settings
 
 MOUNTINGS = {
+    "auto": "near walls and pitched roofs, little air behind the modules; on open racks on flat roofs",
     "open-rack": "on open racks, air behind the modules",
     "insulated-back": "on an insulated wall or roof, no air behind the modules",
     "close-mount": "close to the roof, little air behind the modules",
@@ -23,7 +24,7 @@ LIGHT = (
 )
 METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
 HIDDEN = {"count": "counted with zero light"}
-NO_LOSSES = "none: hours and energy are those of direct current (DC)"
+NO_LOSSES = "not counted: hours and energy are those of direct current (DC)"
 HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
 KINDS = {
     "facade": "Facades (upright within 1°)",
@@ -83,7 +84,7 @@ def describe_assumptions(summary):
     light = {**settings, **((summary.get("traced") or {}).get("request") or {})}
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
     losses, inverter = settings.get("losses") or 0, settings.get("inverter")
-    behind = f"{losses:g} % of the energy, " + (f"inverter {inverter}" if inverter else "no inverter")
+    behind = f"{losses:g} % of the DC energy, " + (f"inverter {inverter}" if inverter else "no inverter")
     way, _, number = str(summary["suns"].get("way", "")).partition(":")
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
@@ -91,7 +92,7 @@ def describe_assumptions(summary):
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
-        ("Losses behind the modules", behind if losses or inverter else NO_LOSSES),
+        ("Losses and inverter", behind if has_losses(summary) else NO_LOSSES),
         ("Method", METHODS[settings.get("method") == "paper"]),
         ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
         ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
@@ -102,8 +103,14 @@ def describe_assumptions(summary):
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
     trees = any(one["key"] == "trees" and one["on"] for one in (summary.get("traced") or {}).get("effects") or [])
-    plants, dirt = "light that leaves scatter" if trees else "trees", "" if settings.get("losses") else " and dirt"
+    plants, dirt = "light that leaves scatter" if trees else "trees", "" if has_losses(summary) else " and dirt"
     return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
+
+
+def has_losses(summary):
+    """Whether hours and energy are AC after losses; up to version 0.2 they were DC, whatever was set."""
+    settings = summary["settings"]
+    return "mwh_dc_per_year" in summary["totals"] and bool(settings.get("losses") or settings.get("inverter"))
 
 
 def describe_albedo(summary, light):

@@ -228,13 +228,11 @@ def tabulate_groups(groups):
     Returns
     -------
     pandas.DataFrame
-        kind, orientation, count, area [m²], full_load_hours [h], error [h] (NaN: unknown) and, where groups.csv has it,
-        specific_yield [kWh/kWp].
+        kind, orientation, count, area [m²], full_load_hours [h], error [h] (NaN: unknown).
     """
     table = groups[groups["period"] == "annual"].copy()
     table["error"] = table.get("full_load_hours_standard_error", np.nan)
-    columns = ["kind", "orientation", "count", "area", "full_load_hours", "error"]
-    return table[columns + [name for name in ("specific_yield",) if name in table]].reset_index(drop=True)
+    return table[["kind", "orientation", "count", "area", "full_load_hours", "error"]].reset_index(drop=True)
 
 
 def select_mounted(faces):

@@ -8,7 +8,7 @@ import pyproj
 from ..city.classify import find_footprints
 from ..energy.energy import sum_potential
 from ..settings.progress import silent
-from .columns import column_values, tabled_columns
+from .columns import TABLED, column_values
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
@@ -54,7 +54,7 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
     members = {}
     for polygon, building in enumerate(city.building_id):
         members.setdefault(building, []).append(polygon)
-    tabled = [column for column in tabled_columns(energy) if column.kind == "number"]
+    tabled = [column for column in TABLED if column.kind == "number"]
     columns = {column.name: column_values(column, transfer, energy) for column in tabled}
     floors = find_footprints(transfer.surfaces, city, city.points)
     types = [
@@ -159,9 +159,8 @@ def describe_building(rows, transfer, energy, system):
         by_month = area[rows] @ energy.full_load_hours_by_month[rows] / total["eligible_area"]
         attributes[PREFIX + "full_load_hours"] = short(total["full_load_hours"])
         attributes[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
-        for name in ("kwp", "mwh_per_year", "specific_yield", "mwh_ac_per_year"):
-            if name in total:
-                attributes[PREFIX + name] = short(total[name])
+        for name in ("full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year"):
+            attributes[PREFIX + name] = short(total[name])
     return attributes
 
 

@@ -14,7 +14,7 @@ import pyproj
 import shapely
 
 from ..settings.progress import silent
-from .columns import column_values, tabled_columns
+from .columns import TABLED, column_values
 from .write_tables import sum_buildings
 
 STAGE = "writing city.gpkg"
@@ -61,7 +61,7 @@ def write_geopackage(path, city, transfer, energy, *, system, label, progress=si
     """
     Path(path).unlink(missing_ok=True)
     shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
-    columns, rows = tabled_columns(energy), sum_buildings(transfer, energy, system)
+    columns, rows = TABLED, sum_buildings(transfer, energy, system)
     types = dict.fromkeys(rows[0], "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
     tables = {  # SQL types and values by column
         "surfaces": (

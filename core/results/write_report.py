@@ -18,6 +18,7 @@ from .describe_run import (
     SPREAD,
     describe_assumptions,
     describe_input,
+    has_losses,
     list_errors,
     list_settings,
     summarise_errors,
@@ -28,8 +29,9 @@ from .read_results import MONTHS, kind_title, tabulate_groups, tabulate_periods
 NAME = "report.html"
 HOURS = (
     "Full load hours are the hours in which modules at nominal power would generate the energy of a year: 800 h mean "
-    "800 kWh for each kWp (kilowatt of nominal power). They refer to direct current (DC), before inverter and cables."
+    "800 kWh for each kWp (kilowatt of nominal power). They are "
 )
+OF_WHAT = ("direct current (DC), before inverter and cables.", "what is fed in (AC), after losses and inverter.")
 ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PICTURES = (
     "This page has no pictures, as matplotlib is not installed where it was written. After pip install matplotlib, "
@@ -193,12 +195,12 @@ def list_warnings(summary):
 def compose_totals(summary):
     """What all suitable surfaces together would give."""
     totals, flat = summary["totals"], summary["totals"].get("flat_roofs") or {}
-    rows = [("Facades and pitched roofs that can carry modules", *row_of_potential(totals))]
+    names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
+    rows = [("Facades and pitched roofs that can carry modules", *row_of_potential(totals, names))]
     if flat.get("count"):
-        rows.append((f"In addition {flat['count']:,} flat roofs, modules lying flat", *row_of_potential(flat)))
+        rows.append((f"In addition {flat['count']:,} flat roofs, modules lying flat", *row_of_potential(flat, names)))
     head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
-    if "mwh_ac_per_year" in totals:
-        head += ["Energy after losses [MWh]"]
+    head += ["Before losses, DC [MWh]"] if has_losses(summary) else []
     hidden = totals.get("hidden_walls") or {}
     left_out = (
         f"{hidden['count']:,} walls ({hidden['area']:,.0f} m²) are left out, as a neighbouring building covers them."
@@ -213,35 +215,25 @@ def compose_totals(summary):
             f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² "
             f"of modules for each kWp. {left_out} Building law, statics, windows and cost are not considered."
         ),
-        paragraph(HOURS),
+        paragraph(HOURS + OF_WHAT[has_losses(summary)]),
         paragraph(f"{summarise_errors(summary['error_budget'])} {LIMITS}"),
     )
 
 
-def row_of_potential(total):
-    """Area, power, energy and hours as text."""
-    values = [
-        total.get("module_area", total["eligible_area"]),
-        total["kwp"],
-        total["mwh_per_year"],
-        total.get("full_load_hours"),
-    ]
-    values += [total["mwh_ac_per_year"]] if "mwh_ac_per_year" in total else []
-    return ["–" if value is None else f"{value:,.0f}" for value in values]
+def row_of_potential(total, names):
+    """Some figures of `sum_potential` as text."""
+    return ["–" if total.get(name) is None else f"{total[name]:,.0f}" for name in names]
 
 
 def compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
     groups = tabulate_groups(results.groups)
-    after_losses = "specific_yield" in groups
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
-    head += ["After losses [kWh/kWp]"] if after_losses else []
     rows = []
     for one in groups.to_dict("records"):
         error = f"{one['error']:.2g}" if one["error"] == one["error"] else "unknown"
         row = [kind_title(one["kind"]), one["orientation"], f"{one['count']:,.0f}", f"{one['area']:,.0f}"]
-        row += [f"{one['full_load_hours']:.1f}", error]
-        rows.append(row + ([f"{one['specific_yield']:.1f}"] if after_losses else []))
+        rows.append([*row, f"{one['full_load_hours']:.1f}", error])
     years = fold_periods(results.groups, "year", "Full load hours of each year [h]", str)
     return section(
         "Full load hours by kind and direction",

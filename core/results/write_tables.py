@@ -10,7 +10,7 @@ from ..energy.energy import split_years, sum_potential
 from ..energy.pv_system import build_system
 from ..settings.progress import ignore_share
 from ..sun.solar_position import local_middle
-from .columns import column_values, tabled_columns
+from .columns import TABLED, column_values
 from .netcdf_file import netcdf_file, write_variables
 from .surfaces_file import write_surfaces
 
@@ -18,13 +18,10 @@ WRITTEN = 0.7  # share of the time for formatting the numbers
 
 HOUR = pd.Timedelta(hours=1)
 GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
-GROUP_COLUMNS += ("full_load_hours_standard_error",)
+GROUP_COLUMNS += ("full_load_hours_standard_error", "full_load_hours_dc")
 EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
-FACTORS = {  # variable of timeseries.nc -> what it is
-    "capacity_factor": "DC power per nominal power, mean over the area of the group that counts",
-    "capacity_factor_ac": "AC power per nominal DC power, after system losses and inverter",
-}
+FACTOR = "AC power over nominal DC power, after losses and inverter: mean over the area of the group that counts"
 MEAN = {"units": "1", "cell_methods": "time: mean"}
 
 
@@ -41,10 +38,9 @@ def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=Fa
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
-    tabled = tabled_columns(energy)
-    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
+    columns = {column.name: column_values(column, transfer, energy) for column in TABLED}
     columns |= {
-        column.name: np.where(columns[column.name], "true", "false") for column in tabled if column.kind == "flag"
+        column.name: np.where(columns[column.name], "true", "false") for column in TABLED if column.kind == "flag"
     }
     columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
     table = pd.DataFrame(columns)
@@ -71,16 +67,14 @@ def write_groups(path, energy):
     """
     places = place_periods(energy)
     hours = sum_periods(energy.capacity_factor, energy, places)
-    ac = None if energy.capacity_factor_ac is None else sum_periods(energy.capacity_factor_ac, energy, places)
     rows = []
     for group, names in enumerate(energy.groups):
+        annual = energy.group_standard_error[group], energy.group_dc[group]
         for period, index in hours:
-            values = [f"{table[period, index][group]:.6g}" for table in (hours, ac) if table is not None]
-            error = energy.group_standard_error[group] if period == "annual" else np.nan
-            counted = energy.group_count[group], energy.group_area[group], error
-            rows.append((*names, period, index, values[0], *counted, *values[1:]))
-    columns = (*GROUP_COLUMNS, *(() if ac is None else ("specific_yield",)))
-    pd.DataFrame(rows, columns=columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+            counted = energy.group_count[group], energy.group_area[group]
+            only = annual if period == "annual" else (np.nan, np.nan)
+            rows.append((*names, period, index, f"{hours[period, index][group]:.6g}", *counted, *only))
+    pd.DataFrame(rows, columns=GROUP_COLUMNS).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
 def place_periods(energy):
@@ -220,10 +214,8 @@ def write_series(path, transfer, energy):
     names = np.array(transfer.surfaces.surface_id, dtype=object)[series.rows]
     times = energy.times.tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%SZ")
     columns = {"surface_id": np.repeat(names, len(times)), "time": np.tile(times, count)}
-    for name in ("poa_direct", "poa_diffuse", "capacity_factor", "capacity_factor_ac"):
-        values = getattr(series, name)
-        if values is not None:
-            columns[name] = values.T.ravel()
+    for name in ("poa_direct", "poa_diffuse", "capacity_factor"):
+        columns[name] = getattr(series, name).T.ravel()
     pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
@@ -250,10 +242,8 @@ def write_timeseries(path, energy, weather):
         "area": ("group", energy.group_area, {"units": "m2", "long_name": "area that counts of eligible surfaces"}),
         "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
     }
-    for name, words in FACTORS.items():
-        if getattr(energy, name) is not None:
-            values = getattr(energy, name).astype(np.float32)
-            found[name] = ("time", "group"), values, {**MEAN, "long_name": words}, dict(PACKED)
+    factors = energy.capacity_factor.astype(np.float32), {**MEAN, "long_name": FACTOR}, dict(PACKED)
+    found["capacity_factor"] = ("time", "group"), *factors
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs.update(

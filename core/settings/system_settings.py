@@ -8,7 +8,8 @@ METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
     "insulated-back": "On the wall or roof without a gap, glass/polymer",
-    "close-mount": "Near the roof, a little air behind, glass/glass",
+    "close-mount": "Near the wall or roof, a little air behind, glass/glass",
+    "auto": "Near walls and pitched roofs; on open racks on level roofs",  # last: files of Blender count choices
 }
 INCIDENCE_LAWS = {
     "module": "Sandia's polynomial of the module; Fresnel's equations for modules of the CEC",
@@ -45,7 +46,7 @@ class SystemSettings:
         metavar="NAME",
     )
     mounting: str = setting(
-        "open-rack",
+        "auto",
         "electricity",
         "mounting of the modules, which determines the cell temperature",
         kind="choice",
@@ -58,11 +59,11 @@ class SystemSettings:
     )
     diffuse_iam: bool = setting(False, "electricity", "incidence angle modifier of diffuse light, too", kind="switch")
     losses: float = setting(
-        0.0,
+        11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
         "electricity",
-        "DC energy lost to soiling, mismatch and wiring",
+        "DC energy lost to soiling, mismatch, wiring, first sunlight, tolerances and outages",
         kind="number",
-        title="DC losses",
+        title="Losses",
         panel="energy",
         unit="%",
         subtype="PERCENTAGE",
@@ -71,7 +72,13 @@ class SystemSettings:
         most=99,
     )
     inverter: str | None = setting(
-        None, "electricity", "pvwatts, or an inverter of pvlib's library; default: none", metavar="NAME", none="none"
+        "pvwatts",
+        "electricity",
+        "pvwatts, an inverter of pvlib's library, or none",
+        title="Inverter",
+        panel="energy",
+        metavar="NAME",
+        none="none",
     )
     dc_ac_ratio: float = setting(
         1.0,

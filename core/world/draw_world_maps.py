@@ -165,7 +165,7 @@ def describe_source(dataset, width=10.0):
     """A line on the weather, for below a picture of some width [inch]; two or more below a narrow one."""
     label = dataset.attrs["weather_label"]
     way = "" if dataset.attrs["way"] == "exact" else "; suns of Greenwich shifted in time"
-    words = (label if len(label) <= 150 else label[:147] + "…") + way
+    words = (label if len(label) <= 150 else label[:147] + "…") + way + "; DC without losses"
     return words if width >= WIDE else fill(words, int(15 * width))
 
 

@@ -91,8 +91,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         group_weight=np.zeros((len(rows), 0)),
         neighbours=order_neighbours(transfer.suns),
         reach=sky.reach,
-        dtype=SINGLE,
-        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources),
+        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(SINGLE),
+        mounting=np.zeros(len(rows), int),
     )
     traced = [transfer.sources[one.name] for one in sources]
     views = [light.view_factor[rows] for light in traced]

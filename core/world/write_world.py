@@ -109,7 +109,7 @@ def attributes(world):
         "Conventions": "CF-1.11",
         "title": "Full load hours of roofs and facades of the world",
         "source": f"CityPV {__version__}: ray-traced irradiance, module models of pvlib",
-        "comment": f"weather: {world.label}; {world.years:g} year{'s' * (world.years != 1)}; DC",
+        "comment": f"weather: {world.label}; {world.years:g} year{'s' * (world.years != 1)}; DC without losses",
         "weather_label": world.label,
         "way": world.way,
         "sky": world.sky,

@@ -102,6 +102,8 @@ def read_properties(settings):
     """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
     found = {name: getattr(settings, name) for name, _, _ in list_titled()}
     unset = [name for name, _, details in list_titled() if left_to_program(details) and found[name] == UNSET]
+    words = [(name, details.none) for name, _, details in list_titled() if details.kind == "text" and details.none]
+    unset += [name for name, none in words if found[name] in ("", none)]
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
     effects = {key: state == "on" for key, state in states.items() if state != "auto"}
     return found | dict.fromkeys(unset) | {"effects": effects}

@@ -5,6 +5,7 @@ import pvlib
 from weathers import HOUR
 
 ALBEDO = 0.25
+DC = {"losses": 0.0, "inverter": None, "mounting": "open-rack"}  # settings of the modules alone
 SANDIA = "SunPower_SPR_300_WHT__2007__E__"
 
 

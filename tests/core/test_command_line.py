@@ -30,6 +30,7 @@ COLUMNS = [
     "eligible",
     "area",
     "open_area",
+    "module_area",
     "surface_tilt",
     "surface_azimuth",
     "covered_share",
@@ -41,6 +42,7 @@ COLUMNS = [
     "poa_global_annual",
     "full_load_hours",
     "full_load_hours_standard_error",
+    "full_load_hours_dc",
 ]
 TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
 
@@ -88,7 +90,7 @@ def test_groups_and_time_series_agree_with_faces(results):
     faces = rows_of(results / "faces.csv")
     groups = rows_of(results / "groups.csv")
     columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
-    assert list(groups[0]) == [*columns, "full_load_hours_standard_error"]
+    assert list(groups[0]) == [*columns, "full_load_hours_standard_error", "full_load_hours_dc"]
     errors = [float(row["full_load_hours_standard_error"]) for row in groups if row["period"] == "annual"]
     assert all(0 < error < 50 for error in errors)
     with xarray.open_dataset(results / "timeseries.nc") as series:

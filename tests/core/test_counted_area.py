@@ -68,7 +68,7 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     total = sum_totals(transfer, energy, system)
     assert total["kwp"] == pytest.approx(690 / KWP) and total["full_load_hours"] == pytest.approx(expected)
     # The columns stay means over the whole polygon, whatever counts.
-    other = compute_energy(transfer, berlin)
+    other = compute_energy(transfer, berlin, build_system(Request()))
     np.testing.assert_array_equal(energy.full_load_hours, other.full_load_hours)
     np.testing.assert_array_equal(energy.open_area, other.open_area)
 
@@ -85,7 +85,7 @@ def test_overhangs_are_facades_where_asked(transfer, berlin):
 def test_usable_shares_and_flat_roofs(transfer, berlin):
     system = build_system(Request(usable={"facade": 0.6, "flat": 0.5}))
     energy = compute_energy(transfer, berlin, system)
-    whole = compute_energy(transfer, berlin)
+    whole = compute_energy(transfer, berlin, build_system(Request()))
     np.testing.assert_array_equal(energy.capacity_factor, whole.capacity_factor)
     total, all_of_it = sum_totals(transfer, energy, system), sum_totals(transfer, whole, build_system(Request()))
     for name in ("module_area", "kwp", "mwh_per_year"):
@@ -104,15 +104,15 @@ def test_buildings_sum_up(berlin, tmp_path):
     suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = Horizons(60, 4).transfer(suns)
     transfer.covered_share[::3] = 0.4
-    system = build_system(Request(losses=10.0, usable={"facade": 0.7}))
+    system = build_system(Request(losses=10.0, inverter=None, usable={"facade": 0.7}))
     energy = compute_energy(transfer, berlin, system)
     write_buildings(tmp_path / "buildings.csv", transfer, energy, system, monthly=True)
     table = pd.read_csv(tmp_path / "buildings.csv").set_index("building_id")
     assert sorted(table.index) == sorted(set(transfer.surfaces.building_id))
     total = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)
-    for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_ac_per_year"):
+    for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_dc_per_year"):
         assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
-    assert total["mwh_ac_per_year"] == pytest.approx(0.9 * total["mwh_per_year"], rel=1e-9)
+    assert total["mwh_per_year"] == pytest.approx(0.9 * total["mwh_dc_per_year"], rel=1e-9)
     months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
     np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
 
@@ -195,7 +195,6 @@ def test_series_of_single_surfaces(berlin, tmp_path):
         own = table[table["surface_id"] == f"s{row}"]
         assert (pd.DatetimeIndex(own["time"]) == energy.times).all()
         assert own["capacity_factor"].sum() == pytest.approx(energy.full_load_hours[row], rel=1e-5)
-        assert own["capacity_factor_ac"].sum() == pytest.approx(energy.specific_yield[row], rel=1e-5)
         poa = (own["poa_direct"] + own["poa_diffuse"]).sum() / 1000
         assert poa == pytest.approx(energy.poa_global_annual[row], rel=1e-5)
 
@@ -219,19 +218,20 @@ def settings_in(folder):
 
 
 def test_options_reach_the_tables(traced, tmp_path, capsys):
-    options = ["--losses", "14", "--inverter", "pvwatts", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
+    options = ["--losses", "14", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
     assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south") == 0
     with (tmp_path / "a" / "faces.csv").open(encoding="utf-8", newline="") as file:
         faces = list(csv.DictReader(file))
     south = next(row for row in faces if row["surface_id"] == "a_south")
     hours = float(south["full_load_hours"])
-    assert 0.75 * hours < float(south["specific_yield"]) < 0.86 * hours
+    assert 0.75 * float(south["full_load_hours_dc"]) < hours < 0.86 * float(south["full_load_hours_dc"])
     assert sum(float(south[f"full_load_hours_{month:02d}"]) for month in range(1, 13)) == pytest.approx(hours, rel=1e-4)
     assert float(south["open_area"]) <= float(south["area"]) and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
     series = pd.read_csv(tmp_path / "a" / "series.csv")
     assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
     groups = pd.read_csv(tmp_path / "a" / "groups.csv")
-    assert (groups["specific_yield"] < groups["full_load_hours"] + 1e-9).all()
+    annual = groups[groups["period"] == "annual"]
+    assert (annual["full_load_hours"] < 0.86 * annual["full_load_hours_dc"]).all()
     assert run_yield(traced, tmp_path / "b", "--series", "a_south", "nobody") == 2
     assert "--series" in capsys.readouterr().err and not (tmp_path / "b").exists()
     for wrong in (["--usable", "facade"], ["--usable", "attic=0.5"], ["--losses", "120"], ["--diffuse-iam", "yes"]):

@@ -3,7 +3,7 @@
 import numpy as np
 import pvlib
 import pytest
-from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from planes import DC, SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from radiosity import bowl
 from scenes import run_gather, scene_of_triangles
 from small_city import write_small_city
@@ -143,7 +143,7 @@ def power_by_pvlib(weather, tilt, azimuth, without):
 def test_modules_without_some_effects_equal_pvlib(berlin, without, plain, monkeypatch):
     monkeypatch.setattr(energy_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
     weather, transfer = berlin
-    system = build_system(Request(effects=dict.fromkeys(without, False)))
+    system = build_system(Request(effects=dict.fromkeys(without, False), **DC))
     hours = compute_energy(transfer, weather, system).full_load_hours
     expected = [power_by_pvlib(weather, *plane, without) for plane in zip(TILT, AZIMUTH, strict=True)]
     np.testing.assert_allclose(hours, expected, rtol=1e-9 if plain else 1e-4)
@@ -153,7 +153,7 @@ def test_shares_of_the_modules_effects(berlin):
     """(with - without)/with of the eligible area, from pvlib called directly."""
     weather, transfer = berlin
     surfaces = transfer.surfaces
-    shares = shares_of_effects(transfer, weather, build_system(Request()), 1)
+    shares = shares_of_effects(transfer, weather, build_system(Request(**DC)), 1)
     area = np.where(surfaces.eligible, surfaces.area, 0)
     planes = list(zip(TILT, AZIMUTH, strict=True))
     whole = area @ [power_by_pvlib(weather, *plane, ()) for plane in planes]
@@ -162,7 +162,7 @@ def test_shares_of_the_modules_effects(berlin):
         off = area @ [power_by_pvlib(weather, *plane, (key,)) for plane in planes]
         assert share == pytest.approx((whole - off) / whole, abs=1e-6)
     # Off or on, the share is the same one.
-    switched = shares_of_effects(transfer, weather, build_system(Request(effects={"aoi": False})), 1)
+    switched = shares_of_effects(transfer, weather, build_system(Request(effects={"aoi": False}, **DC)), 1)
     assert switched["aoi"] == pytest.approx(shares["aoi"], abs=1e-9)
 
 

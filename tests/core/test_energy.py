@@ -3,14 +3,14 @@
 import numpy as np
 import pvlib
 import pytest
-from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from planes import DC, SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from transfers import Horizons, unshaded_transfer
 from weathers import BARROW, HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.hours import prepare_hours
-from citypv.core.energy.pv_system import build_system, default_system
+from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.energy.sum_block import fill_behind, order_neighbours
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import split_sky
@@ -41,7 +41,7 @@ def test_cell_temperature_of_the_chain():
     """The same from the slope that the tables use."""
     weather = read_weather("clear-sky", 0.0, 0.0)
     weather.data["temp_air"], weather.data["wind_speed"] = 20.0, 5.0
-    hours = prepare_hours(suns_of(weather, "hourly"), weather, default_system(), split_sky(weather, "isotropic"))
+    hours = prepare_hours(suns_of(weather, "hourly"), weather, dc_system(), split_sky(weather, "isotropic"))
     assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
 
 
@@ -79,7 +79,7 @@ def test_polar_weather_and_another_module():
     barrow = read_weather(BARROW, 71.3, -156.8)
     name = "Canadian_Solar_CS5P_220M___2009_"
     transfer = unshaded_transfer(suns_of(barrow, "typical-days:12"), TILT, AZIMUTH)
-    energy = compute_energy(transfer, barrow, build_system(Request(module=name)))
+    energy = compute_energy(transfer, barrow, build_system(Request(module=name, **DC)))
     for row in (0, 3, 4, 6):
         poa, capacity_factor = pvlib_called_directly(barrow, TILT[row], AZIMUTH[row], name=name)
         assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)

@@ -29,7 +29,8 @@ CHEAP = {"samples": 256, "shadow_samples": 16, "threads": 1, "sky": "isotropic"}
 BLACK = {"albedo": 0.0, "ground_albedo": 0.0}
 LONG, HIGH, APART = 4000.0, 10.0, 8.0  # [m]
 DEPTH = 0.7  # optical depth of a layer of leaves
-LINEAR = {"effects": {"temperature": False, "aoi": False, "spectrum": False}}  # hours in proportion to light, nearly
+# Hours in proportion to light, nearly.
+LINEAR = {"effects": {"temperature": False, "aoi": False, "spectrum": False}, "inverter": None}
 
 
 @cache
@@ -93,7 +94,7 @@ def test_light_that_a_layer_of_leaves_takes(on):
     scene = scene_of_triangles(*strip([-1, -1, 0], [2, 0, 0], [0, 2, 0], 1))
     scene = replace(scene, trees=crowns_of(box((-1e4, -1e4, 1), (1e4, 1e4, 2)), area_density=2 * DEPTH))
     effects = LINEAR["effects"] | ({} if on else {"trees": False})
-    plan = measure(scene, year(), leaf_months="all", branch_area_density=0.0, **BLACK, effects=effects)
+    plan = measure(scene, year(), leaf_months="all", branch_area_density=0.0, **BLACK, effects=effects, inverter=None)
     assert plan["trees"].share == pytest.approx(share_of_light(2 * expn(3, DEPTH), 1.0), rel=0.03)
     assert plan["trees"].on == on and plan["trees"].bound is None
     (line,) = (one for one in describe_plan(plan) if one.startswith("trees"))

@@ -23,6 +23,7 @@ from citypv.core.accuracy.pilot import (
 from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
@@ -80,7 +81,9 @@ def test_hours_and_patches_are_those_of_the_whole_city(tmp_path):
     every, inputs = np.ones(len(prepared.patches), bool), CityYear(scene, prepared, weather, request)
     run, transfer, part = trace_part(inputs, every, RUNS["coarse"], suns)
     errors = tell_errors(transfer, inputs, counted, part.surfaces)
-    whole = compute_energy(transfer, weather, threads=1, sky="isotropic" if not transfer.sources else "perez")
+    whole = compute_energy(
+        transfer, weather, build_system(request), threads=1, sky="isotropic" if not transfer.sources else "perez"
+    )
     assert counted[errors.rows].all() and len(errors.rows) > 2
     assert errors.hours == pytest.approx(whole.full_load_hours[errors.rows], rel=2e-4)
     assert errors.area == pytest.approx(whole.counted_area[errors.rows])

@@ -10,8 +10,8 @@ from transfers import Horizons, unshaded_transfer
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.power import capacity_factor, dc_power, incidence_factor, spectral_factor, tabulate_power
-from citypv.core.energy.pv_system import build_system, default_system, pick_inverter, pick_module
+from citypv.core.energy.power import dc_factor, dc_power, incidence_factor, spectral_factor, tabulate_power
+from citypv.core.energy.pv_system import build_system, dc_system, pick_inverter, pick_module
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import check_settings
@@ -24,6 +24,7 @@ PARAMETERS = {
     "insulated-back": "insulated_back_glass_polymer",
     "close-mount": "close_mount_glass_glass",
 }
+NO_LOSSES = {"losses": 0.0, "inverter": None}
 TILT, AZIMUTH = [90, 90, 37.3, 0, 90, 55], [180, 90, 200, 0, 0, 280]
 
 
@@ -45,7 +46,7 @@ def cec_power(effective, temp_cell):
 
 @pytest.mark.parametrize(("mounting", "iam"), list(zip(PARAMETERS, ("module", "ashrae", "module"), strict=True)))
 def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
-    system = build_system(Request(module=CEC, mounting=mounting, iam=iam))
+    system = build_system(Request(module=CEC, mounting=mounting, iam=iam, **NO_LOSSES))
     rows = np.arange(len(TILT))
     series = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system, series=rows).series
     law = {"module": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}[iam]
@@ -60,9 +61,11 @@ def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
 
 @pytest.mark.parametrize("iam", ["module", "physical"])
 def test_diffuse_light_loses_by_marions_integral(berlin, hourly, iam):
-    system = build_system(Request(mounting="insulated-back", iam=iam, diffuse_iam=True))
+    system = build_system(Request(mounting="insulated-back", iam=iam, diffuse_iam=True, **NO_LOSSES))
     energy = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system)
-    without = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request(iam=iam)))
+    without = compute_energy(
+        unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request(iam=iam, **NO_LOSSES))
+    )
     module = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
     model, own = ("sapm", {"module": module}) if iam == "module" else ("physical", {})
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
@@ -79,7 +82,7 @@ SYSTEMS = [
     {},
     {"module": CEC},
     {"module": "First_Solar__Inc__FS_385"},
-    {"mounting": "close-mount", "diffuse_iam": True},
+    {"mounting": "close-mount", "diffuse_iam": True, **NO_LOSSES},
     {"losses": 14.0, "inverter": "pvwatts", "dc_ac_ratio": 1.3},
     {"module": CEC, "inverter": INVERTER, "iam": "ashrae"},
 ]
@@ -94,15 +97,10 @@ def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
         monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", limit)
         found.append(compute_energy(transfer, berlin, build_system(Request(**given)), series=np.arange(25)))
     plain, fast = found
-    for name in ("capacity_factor", "capacity_factor_ac"):
-        exact = getattr(plain.series, name)
-        if exact is not None:
-            np.testing.assert_array_less(
-                np.abs(getattr(fast.series, name) - exact), np.maximum(1e-5, 5e-4 * np.abs(exact))
-            )
-    np.testing.assert_allclose(fast.full_load_hours, plain.full_load_hours, rtol=2e-5)
-    if plain.specific_yield is not None:
-        np.testing.assert_allclose(fast.specific_yield, plain.specific_yield, rtol=2e-5)
+    exact = plain.series.capacity_factor
+    np.testing.assert_array_less(np.abs(fast.series.capacity_factor - exact), np.maximum(1e-5, 5e-4 * np.abs(exact)))
+    for name in ("full_load_hours", "full_load_hours_dc"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=2e-5)
 
 
 @pytest.mark.parametrize("given", [{}, {"iam": "physical"}, {"iam": "ashrae"}], ids=str)
@@ -113,7 +111,8 @@ def test_table_of_incidence_from_straight_to_grazing(given):
     zero, one = np.zeros((1, 1), np.float32), np.ones((1, 1), np.float32)
     hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
     direct = (800 * cosine).astype(np.float32)
-    found = capacity_factor(tabulate_power(system), direct, 0 * direct, 0 * direct, cosine.copy(), hours=hours)
+    light = direct, 0 * direct, 0 * direct, cosine.copy()
+    found = dc_factor(tabulate_power(system), *light, hours=hours, mounting=np.zeros(cosine.shape[1], int))
     effective = direct[0].astype(float) * incidence_factor(aoi, system)
     lit = effective > 1e-3
     exact = dc_power(effective[lit], np.full(lit.sum(), 25.0), system.module)
@@ -122,31 +121,59 @@ def test_table_of_incidence_from_straight_to_grazing(given):
 
 def test_losses_and_inverters(berlin, hourly):
     transfer = unshaded_transfer(hourly, TILT, AZIMUTH)
-    rows = np.arange(len(TILT))
-    plain = compute_energy(transfer, berlin)
-    assert plain.specific_yield is None and plain.capacity_factor_ac is None
-    lost = compute_energy(transfer, berlin, build_system(Request(losses=14.0)))
-    np.testing.assert_array_equal(lost.full_load_hours, plain.full_load_hours)
-    np.testing.assert_allclose(lost.specific_yield, 0.86 * plain.full_load_hours)
+    rows, rack = np.arange(len(TILT)), {"mounting": "open-rack"}
+    plain = compute_energy(transfer, berlin, series=rows)
+    np.testing.assert_allclose(plain.full_load_hours_dc, plain.full_load_hours, rtol=1e-12)
+    lost = compute_energy(transfer, berlin, build_system(Request(losses=14.0, inverter=None, **rack)))
+    np.testing.assert_allclose(lost.full_load_hours_dc, plain.full_load_hours, rtol=1e-12)
+    np.testing.assert_allclose(lost.full_load_hours, 0.86 * plain.full_load_hours)
     # PVWatts by hand: 300 W of modules on an inverter of 200 W.
-    system = build_system(Request(losses=10.0, inverter="pvwatts", dc_ac_ratio=1.5))
+    system = build_system(Request(losses=10.0, dc_ac_ratio=1.5, **rack))
     series = compute_energy(transfer, berlin, system, series=rows).series
-    power = series.capacity_factor * 0.9 * 300
+    power = plain.series.capacity_factor * 0.9 * 300
     expected = pvlib.inverter.pvwatts(power, pdc0=200 / 0.96, eta_inv_nom=0.96) / 300
-    np.testing.assert_allclose(series.capacity_factor_ac, expected, atol=1e-12)
-    assert series.capacity_factor_ac.max() == pytest.approx(1 / 1.5)  # what the inverter cannot take is lost
+    np.testing.assert_allclose(series.capacity_factor, expected, atol=1e-12)
+    assert series.capacity_factor.max() == pytest.approx(1 / 1.5)  # what the inverter cannot take is lost
     # One of the library at its nominal voltage, as many modules as its largest power asks for.
     library = pvlib.pvsystem.retrieve_sam("CECInverter")[INVERTER]
-    energy = compute_energy(transfer, berlin, build_system(Request(inverter=INVERTER)), series=rows)
-    power = energy.series.capacity_factor * library["Paco"]
+    energy = compute_energy(transfer, berlin, build_system(Request(losses=0.0, inverter=INVERTER, **rack)), series=rows)
+    power = plain.series.capacity_factor * library["Paco"]
     expected = np.maximum(pvlib.inverter.sandia(library["Vdco"], power, library), 0) / library["Paco"]
-    np.testing.assert_allclose(energy.series.capacity_factor_ac, expected, atol=1e-12)
-    np.testing.assert_allclose(energy.specific_yield, expected.sum(axis=0), rtol=1e-9)
-    assert (energy.specific_yield < 0.97 * energy.full_load_hours).all()
+    np.testing.assert_allclose(energy.series.capacity_factor, expected, atol=1e-12)
+    np.testing.assert_allclose(energy.full_load_hours, expected.sum(axis=0), rtol=1e-9)
+    assert (energy.full_load_hours < 0.97 * energy.full_load_hours_dc).all()
+
+
+def test_the_defaults_are_pvwatts_plant(berlin, hourly):
+    """ModelChain with losses and inverter of PVWatts; modules near walls and pitched roofs, on racks on level ones."""
+    energy = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request()))
+    module = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
+    nominal = module["Impo"] * module["Vmpo"]
+    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
+        direct, sky, ground, aoi = light_on_plane(berlin.data, tilt, azimuth)
+        effective = spectral_by_pvlib(berlin.data) * (direct * pvlib.iam.sapm(aoi, module) + sky + ground)
+        array = pvlib.pvsystem.Array(
+            pvlib.pvsystem.FixedMount(tilt, azimuth),
+            module_parameters=module,
+            temperature_model_parameters=pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][
+                PARAMETERS["open-rack" if tilt == 0 else "close-mount"]
+            ],
+        )
+        plant = pvlib.pvsystem.PVSystem(
+            [array], inverter_parameters={"pdc0": nominal / 0.96}, losses_parameters={"shading": 0}
+        )
+        models = {"ac_model": "pvwatts", "losses_model": "pvwatts", "temperature_model": "sapm", "dc_model": "sapm"}
+        place = pvlib.location.Location(berlin.latitude, berlin.longitude)
+        chain = pvlib.modelchain.ModelChain(plant, place, aoi_model="no_loss", spectral_model="no_loss", **models)
+        light = {"effective_irradiance": effective, "poa_global": direct + sky + ground}
+        chain.run_model_from_effective_irradiance(berlin.data[["temp_air", "wind_speed"]].assign(**light))
+        # The default of 11.4 % is rounded from 11.42 %.
+        assert energy.full_load_hours[row] == pytest.approx(chain.results.ac["p_mp"].sum() / nominal, rel=4e-4)
+    np.testing.assert_allclose(energy.full_load_hours_standard_error, 0)
 
 
 def test_the_spectral_polynomial_ends_where_its_coefficients_do():
-    system = default_system()
+    system = dc_system()
     found = spectral_factor(np.array([1.0, 9.9, 10.0, 20.0, 38.0, np.nan]), system)
     own = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
     np.testing.assert_allclose(found[:3], pvlib.spectrum.spectral_factor_sapm(np.array([1.0, 9.9, 10.0]), own))
@@ -194,7 +221,7 @@ def test_inverter_names():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"mounting": "roof"}, "--mounting.*insulated-back or close-mount"),
+        ({"mounting": "roof"}, "--mounting.*close-mount or auto"),
         ({"iam": "sandia"}, "--iam"),
         ({"losses": 100.0}, "--losses"),
         ({"dc_ac_ratio": 0.0}, "--dc-ac-ratio"),
@@ -214,6 +241,7 @@ def test_shares_that_overshoot_below_zero_give_no_power():
     hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
     direct, diffuse = np.array([[-5.0, -5.0]], np.float32), np.array([[1.0, 50.0]], np.float32)
     curves = tabulate_power(build_system(Request()))
-    found = capacity_factor(curves, direct, diffuse, diffuse.copy(), np.full_like(direct, 0.7), hours=hours)
+    light = direct, diffuse, diffuse.copy(), np.full_like(direct, 0.7)
+    found = dc_factor(curves, *light, hours=hours, mounting=np.zeros(2, int))
     assert found[0, 0] == 0
     assert 0.1 < found[0, 1] / (45 / 1000) < 1.1

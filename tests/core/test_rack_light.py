@@ -15,7 +15,7 @@ from weathers import DATA, ERA5
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.results.read_results import select_mounted
@@ -127,7 +127,7 @@ def test_what_stands_beside_is_shaded_and_far_things_are_not(new_york):
 def test_roofs_with_racks_count_once(new_york):
     houses = [*box("a", 0, 0, 20, 12, 0, 9), *box("z", 60, 0, 5, 2, 0, 9)]
     scene = scene_with("tilt=10", houses, ground="auto")
-    counted = find_counted_area(trace(scene, new_york, "typical-days:2"), default_system())
+    counted = find_counted_area(trace(scene, new_york, "typical-days:2"), dc_system())
     rows = rows_of(scene)
     assert counted.flat_roof.tolist() == [False] * 11 + [True] + [False] * len(rows)
     np.testing.assert_allclose(counted.module_area[rows], scene.surfaces.area[rows], rtol=1e-6)

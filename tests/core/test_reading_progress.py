@@ -19,7 +19,7 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.join_contents import JOINING
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.light import kept_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
@@ -178,7 +178,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert len(shares) == 1 + 2 * -(-len(city) // 7)
     assert kept.reports[0][1:] == (0, 2 * 4 * len(city) * len(transfer.suns), "B")
     np.testing.assert_array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfer.visible_share)
-    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=default_system(), label="", progress=kept)
+    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=dc_system(), label="", progress=kept)
     assert_whole(kept.of("writing city.city.json"))
     assert len(kept.of("writing city.city.json")) == 5 + 1
     write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)

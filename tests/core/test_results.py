@@ -26,9 +26,9 @@ from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 FACES = (
-    "surface_id,building_id,kind,orientation,eligible,area,open_area,surface_tilt,surface_azimuth,covered_share,sky_view_factor,"
-    "diffuse_relative,diffuse_relative_standard_error,direct_relative_annual,direct_relative_annual_standard_error,"
-    "poa_global_annual,full_load_hours,full_load_hours_standard_error"
+    "surface_id,building_id,kind,orientation,eligible,area,open_area,module_area,surface_tilt,surface_azimuth,covered_share,"
+    "sky_view_factor,diffuse_relative,diffuse_relative_standard_error,direct_relative_annual,direct_relative_annual_standard_error,"
+    "poa_global_annual,full_load_hours,full_load_hours_standard_error,full_load_hours_dc"
 )
 
 
@@ -81,7 +81,7 @@ def test_groups(weighed, tmp_path):
     write_groups(tmp_path / "groups.csv", energy)
     table = pd.read_csv(tmp_path / "groups.csv")
     columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
-    assert table.columns.tolist() == [*columns, "full_load_hours_standard_error"]
+    assert table.columns.tolist() == [*columns, "full_load_hours_standard_error", "full_load_hours_dc"]
     known = table["full_load_hours_standard_error"].notna()
     assert (known == (table["period"] == "annual")).all()
     surfaces = transfer.surfaces
@@ -213,7 +213,6 @@ def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
         group_area=np.empty(0),
         group_count=np.empty(0, int),
         capacity_factor=np.empty((len(energy.times), 0)),
-        capacity_factor_ac=None,
     )
     write_timeseries(tmp_path / "none.nc", none, weather)
     with xr.open_dataset(tmp_path / "none.nc") as data:

@@ -7,7 +7,7 @@ import numpy as np
 import pvlib
 import pytest
 from mirror_street import finish
-from planes import ALBEDO, light_on_plane
+from planes import ALBEDO, DC, light_on_plane
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 from test_forward_agrees import SUNS, refined
 from test_tracing import three_houses
@@ -245,7 +245,7 @@ def test_the_horizon_in_a_street_with_mirrors_is_that_of_photons(tmp_path):
 @pytest.mark.once
 def test_irradiation_is_that_of_all_parts_of_the_sky():
     """Unshaded planes: what the horizon adds to the year in closed form; a world map as a yield."""
-    transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True))
+    transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True, **DC))
     weather = read_weather("clear-sky", 52.5, 13.4, 34.0)
     found = compute_energy(transfer, weather, system, threads=1, sky="perez")
     parts, normal, light = split_sky(weather, "perez"), transfer.surfaces.normal, transfer.sources["horizon"]

@@ -4,7 +4,7 @@ import numpy as np
 import pvlib
 import pytest
 from cities import box, make_city
-from planes import light_on_plane, sapm_power
+from planes import DC, light_on_plane, sapm_power
 from transfers import unshaded_transfer
 from weathers import ERA5
 
@@ -44,7 +44,7 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     perez, even = (
         np.array([power_by_pvlib(weather, *plane, sky) for plane in planes]) for sky in ("perez", "isotropic")
     )
-    system = build_system(Request(effects=PLAIN))
+    system = build_system(Request(effects=PLAIN, **DC))
     share, largest = share_of_sky(transfer, weather, system, 1)
     assert share == pytest.approx(area @ (perez - even) / (area @ perez), abs=2e-3)
     assert largest == pytest.approx(np.abs(1 - even / perez)[area > 0].max(), abs=5e-3)

@@ -9,7 +9,7 @@ from weathers import HOUR
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.energy import sum_potential
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.energy.timeline import build_timeline, describe_moment, mean_of_months, month_hours, relative_direct
 from citypv.core.sun.sun_sampling import choose_suns
 
@@ -76,7 +76,7 @@ def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
 
 
 def test_the_months_add_up_to_the_year(berlin):
-    transfer, system = unshaded_transfer(suns_of(berlin, "days:4"), TILT, AZIMUTH), default_system()
+    transfer, system = unshaded_transfer(suns_of(berlin, "days:4"), TILT, AZIMUTH), dc_system()
     energy = compute_energy(transfer, berlin, system)
     timeline = build_timeline(transfer, berlin, energy, system)
     whole = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)

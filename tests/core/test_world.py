@@ -8,7 +8,7 @@ import pvlib
 import pytest
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system, thermal_parameters
 from citypv.core.light.transfer import SourceLight
 from citypv.core.results.write_tables import place_periods
 from citypv.core.results.write_tables import sum_periods as sum_rows
@@ -41,7 +41,7 @@ CLOSE = 1e-4  # of full load hours: the tables' error
 
 @pytest.fixture(scope="module")
 def system():
-    return default_system()
+    return dc_system()
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,8 @@ def hours_by_pvlib(data, tilt, azimuth, system):
     aoi = np.degrees(np.arccos(np.minimum(projection, 1)))
     effective = pvlib.pvsystem.sapm_effective_irradiance(direct, sky + ground, airmass.clip(upper=10), aoi, module)
     total = direct + sky + ground
-    temperature = pvlib.temperature.sapm_cell(total, data["temp_air"], data["wind_speed"], **system.thermal)
+    thermal = thermal_parameters("open-rack")
+    temperature = pvlib.temperature.sapm_cell(total, data["temp_air"], data["wind_speed"], **thermal)
     lit = effective > 0
     return pvlib.pvsystem.sapm(effective[lit], temperature[lit], module)["p_mp"].sum() / system.module.nominal_power
 

@@ -105,7 +105,7 @@ def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
     files = ERA5, save(later, tmp_path / "later.nc")
     both = run(tmp_path, *files)["full_load_hours"]
     once = run(tmp_path, *files, options=("--years", "2017", "2017"))
-    assert once.attrs["comment"].endswith("years 2017; 1 year; DC")
+    assert once.attrs["comment"].endswith("years 2017; 1 year; DC without losses")
     first = once["full_load_hours"]
     second = run(tmp_path, *files, options=("--years", "2018"))["full_load_hours"]
     np.testing.assert_allclose(both, (first + second) / 2, rtol=1e-3)

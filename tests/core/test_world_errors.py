@@ -8,7 +8,7 @@ import xarray as xr
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.transfer import ErrorParts, SourceLight
 from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
@@ -30,7 +30,7 @@ NOISE = 0.004  # of relative irradiances
 
 @pytest.fixture(scope="module")
 def system():
-    return default_system()
+    return dc_system()
 
 
 @pytest.fixture(scope="module")

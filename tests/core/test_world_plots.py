@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from citypv.core.commands.command_line import main
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.weather import Record
 from citypv.core.world.compute_world import compute_world
@@ -98,7 +98,7 @@ def test_gain_under_an_overcast_sky_is_that_of_the_closed_form():
     zenith = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR).data["apparent_zenith"]
     data["ghi"] = data["dhi"] = np.where(zenith < 80, 400.0, 0.0)
     weather = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR)
-    system = default_system()
+    system = dc_system()
     environment = build_environment("unshaded", "test", unshaded_transfer(), system)
     world = compute_world([environment], station_source([weather], ["overcast"]), system, threads=1)
     gain = world.full_load_hours[0, 0, :4, 0] / world.without_reflections[0, 0, :4, 0] - 1

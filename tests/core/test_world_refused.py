@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from citypv.core.commands.command_line import main
-from citypv.core.energy.pv_system import default_system
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.settings.errors import InputError
 from citypv.core.sun.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import sky_grid_suns
@@ -19,7 +19,7 @@ from .weathers import BARROW, ERA5, HOUR, year_of
 
 
 def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
-    system = default_system()
+    system = dc_system()
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
     days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
