@@ -101,6 +101,8 @@ def build_property(default, details):
 def read_properties(settings):
     """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
     found = {name: getattr(settings, name) for name, _, _ in list_titled()}
+    # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
+    found = {name: float(f"{value:.6g}") if isinstance(value, float) else value for name, value in found.items()}
     unset = [name for name, _, details in list_titled() if left_to_program(details) and found[name] == UNSET]
     words = [(name, details.none) for name, _, details in list_titled() if details.kind == "text" and details.none]
     unset += [name for name, none in words if found[name] in ("", none)]
