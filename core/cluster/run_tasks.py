@@ -16,8 +16,10 @@ import socket
 import sys
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from http.client import HTTPException
 from pathlib import Path
 from typing import Any
+from urllib.request import ProxyHandler, build_opener
 
 from ..settings.errors import InputError
 from ..settings.version import __version__
@@ -29,6 +31,7 @@ PATIENCE = 10  # [s] for a cluster to answer
 LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
 LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
+UNTRUSTED = "does not accept this machine's key, or finds none", "see docs/cluster.md, Who may reach it"
 SILENT = f"does not answer within {PATIENCE} s", HOW_TO_START
 FOREIGN = "answers, but is no Dask scheduler", "give the scheduler's port (8786), not its page's"
 DEATHS = 3  # of workers under one task, after which it is given up
@@ -134,8 +137,18 @@ def open_workers(word, dashboard=":0"):
         opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
         with opened as client:
             count = len(client.nthreads())
-            page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
+            page = find_page(client.dashboard_link)
+            page = f"; dashboard at {page}" if page else ""
             yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}")
+
+
+def find_page(link):
+    """Address of the page of a cluster's workers; None where none answers: it needs bokeh, and can be switched off."""
+    try:
+        with build_opener(ProxyHandler({})).open(link or "", timeout=PATIENCE) as page:
+            return link if b"<html" in page.read(1000) else None
+    except (OSError, ValueError, HTTPException):
+        return None
 
 
 @contextmanager
@@ -164,10 +177,10 @@ def open_remote(address):
 
     try:
         client = Client(address, timeout=PATIENCE)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"--cluster {address}", *SILENT) from error
-    except (MemoryError, RuntimeError, TypeError) as error:  # what answers speaks another protocol
-        raise InputError(f"--cluster {address}", *FOREIGN) from error
+    except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
+        # A port that is open on tls:// wants another key, or finds none here; else another protocol is spoken.
+        foreign = SILENT if isinstance(error, OSError | ValueError) else FOREIGN
+        raise InputError(f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else foreign)) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
