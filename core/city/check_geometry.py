@@ -5,6 +5,7 @@ import numpy as np
 from ..settings.errors import UNIT, InputError, check_array, check_triangles
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
+NARROWEST = 0.1  # [m]: smaller cities are of another unit; below it a millimetre is no longer small
 
 
 def check_rings(points, ring_start, polygon_start, name_surface=None):
@@ -106,7 +107,7 @@ def check_patch_size(patch_size):
 
 
 def check_extent(city):
-    """Raise an error if a city is too wide for float32, for example because one polygon is at 0, 0 by mistake.
+    """Raise an error if a city is too small to be one, or too wide for float32, as with a polygon at 0, 0 by mistake.
 
     Parameters
     ----------
@@ -115,14 +116,16 @@ def check_extent(city):
     Raises
     ------
     InputError
-        Names the surface furthest away from the others.
+        If it is too wide, names the surface furthest away from the others.
     """
     span = float(np.ptp(city.points, axis=0).max())
+    source = city.report.files[0] if city.report.files else "city"
+    if span < NARROWEST:
+        raise InputError(source, f"all of it is only {1000 * span:.2g} mm across", "check --unit")
     if span > WIDEST:
         away = np.abs(city.points - np.median(city.points, axis=0)).max(axis=1)
         furthest = int(away.argmax())
         name = surface_of_point(city, furthest)
-        source = city.report.files[0] if city.report.files else "city"
         problem = f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away from the middle"
         raise InputError(source, problem, "check its coordinates, or remove it")
 

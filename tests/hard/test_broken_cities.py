@@ -97,6 +97,14 @@ def test_one_building_that_stands_elsewhere_by_mistake():
     refused("5,818 km wide; surface 's0' is", build_scene, replace(TOWN, points=points), *BERLIN)
 
 
+def test_a_city_that_is_too_small_to_be_one():
+    """A kilometre in units of 10 km, say: the sun's light came out as NaN."""
+    across = np.ptp(TOWN.points, axis=0).max()
+    points = TOWN.points * 0.099 / across
+    refused("only 99 mm across; check --unit", build_scene, replace(TOWN, points=points), *BERLIN)
+    assert len(build_scene(replace(TOWN, points=points * 1.02), *BERLIN, patch_size=None).surfaces) == 25
+
+
 def test_pieces_of_geometry():
     one, names = np.ones(3), [""] * 3
     refused("area: row 1 is nan", classify, spoiled(one, 1, np.nan), one, one, names)
