@@ -48,13 +48,6 @@ def enclosed_cells(covered):
     return enclosed
 
 
-def among_covered(covered):
-    """Open cells that touch more covered cells than open ones: (c, cells) bool."""
-    touching = cell_contacts(round(np.sqrt(covered.shape[1]))).astype(np.int8)
-    np.fill_diagonal(touching, 0)
-    return ~covered & (2 * (covered.astype(np.int8) @ touching) > touching.sum(axis=0))
-
-
 @njit(nogil=True, cache=True)
 def mark_enclosed(covered, contacts, enclosed):
     """Set cells in `enclosed`, (c, cells) bool, that are covered and touch only covered cells.

@@ -14,11 +14,11 @@ import numpy as np
 from numba import njit
 
 from ..city.canopy import LeafyScene
-from ..rays.random_numbers import mix, uniform
+from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..settings.threads import map_in_order
 from .find_coincident import Coincident, find_coincident
-from .find_covered import judge_vote, trace_vote
+from .inside_test import lie_inside
 
 ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
 
@@ -173,8 +173,6 @@ def list_doubles(pairs, kinds, hits):
     return np.array(row, np.int64), np.array(doubles, np.int32)
 
 
-RAYS = 16  # per vote
-STRAY_RAYS = 2  # of them that may reach the sky through a hole
 MOST_CORNERS = 24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
 PAIRS_PER_TASK = 1 << 13
 
@@ -201,9 +199,8 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
 
     def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
-        shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), HitPlaces(faces, *middle.T)
-        _, *met = trace_vote(ray_scene, patches, places, shifts, RAYS)
-        return judge_vote(*(which.sum(axis=1) for which in met), RAYS, STRAY_RAYS)
+        keys = mix(patches.place_key[faces] ^ np.uint64(0x51DE))
+        return lie_inside(ray_scene, patches, HitPlaces(faces, *middle.T), keys)
 
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):

@@ -17,7 +17,6 @@ from .cover_cells import (
     OPEN,
     TOUCHING,
     UNKNOWN,
-    among_covered,
     enclosed_cells,
     settled_cells,
     share_verdicts,
@@ -35,6 +34,7 @@ from .inside_test import (
     number_rays,
 )
 
+AFTER_FIRST = np.arange(RAYS) > 0
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -63,7 +63,11 @@ def find_covered_cells(ray_scene, patches, chosen):
     starts = starts_in_cells(patches.place_key[chosen], np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0))
     first = first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    suspect = np.flatnonzero((first >= TOUCHING).any(axis=1))
+    suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))
+    middle = np.full(len(shut), 1 / 3, np.float32)
+    keys = mix(patches.place_key[chosen[shut]] ^ np.uint64(0xC105ED))
+    suspected[shut] = lie_inside(ray_scene, patches, HitPlaces(chosen[shut], middle, middle), keys)
+    suspect = np.flatnonzero(suspected)
     if len(suspect):
         starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))
         covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], starts)
@@ -129,8 +133,7 @@ def examine_cells(ray_scene, patches, chosen, starts):
     proves nothing, and rays into an open house from outside hit backs, but others reach the sky, or do so when they go
     on from the fronts that they meet. From a wall that continues below the ground, rays hit the back of the ground
     upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
-    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first. Cells whose
-    rays all meet fronts are open, unless most cells around them are covered: then their rays go on, too.
+    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first.
 
     Parameters
     ----------
@@ -144,25 +147,15 @@ def examine_cells(ray_scene, patches, chosen, starts):
     """
     states = first_states(ray_scene, patches, chosen, starts)
     verdict = settled_cells(states)
-    hidden = np.zeros(states.shape, bool)  # cells whose rays met neither sky nor backs
 
     def judge(asked):
         row, cell = np.nonzero(asked & (verdict == UNKNOWN))
-        found, hidden[row, cell] = judge_cells(ray_scene, patches, *take_cells(patches, chosen, starts, row, cell))
+        found = judge_cells(ray_scene, patches, *take_cells(patches, chosen, starts, row, cell))
         verdict[row, cell] = np.where(found, COVERED, OPEN)
 
     judge(np.isin(np.arange(states.shape[1]), LEADING))
     verdict = share_verdicts(verdict, states)
     judge(np.ones(1, bool))
-    asking = np.flatnonzero(hidden.any(axis=1))
-    while len(asking):
-        row, cell = np.nonzero(hidden[asking] & among_covered(verdict[asking] == COVERED))
-        row = asking[row]
-        places, _, keys = take_cells(patches, chosen, starts, row, cell)
-        inside = lie_inside(ray_scene, patches, places, keys)
-        verdict[row[inside], cell[inside]] = COVERED
-        hidden[row, cell] = False
-        asking = np.unique(row[inside])
     earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, *starts[:2]))
     return (verdict == COVERED) | earth
 
@@ -187,32 +180,32 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
 
     Returns
     -------
-    covered : (k,) bool
-    hidden : (k,) bool
-        Whether all rays met fronts: outside, unless most cells around it are covered.
+    (k,) bool
     """
-    hits, back, sky, below = trace_vote(ray_scene, patches, places, shifts, RAYS)
-    backs, skies = ends = np.stack([back.sum(axis=1), sky.sum(axis=1)])
-    found = judge_vote(backs, skies, below.sum(axis=1), RAYS, STRAY_RAYS)
-    doubtful = ~found & (skies == 0)
+    hits, back, sky, below = trace_vote(ray_scene, patches, places, shifts)
+    ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
+    found = judge_vote(*ends)
+    doubtful = ~found & (ends[1] == 0)
     touching = np.zeros(len(found), bool)
     touching[doubtful] = is_touched(ray_scene, patches, places.take(doubtful))
-    hidden = doubtful & (backs == 0) & ~touching
-    going = found | (doubtful & (backs > 0) & ~touching)
-    point, ray = np.nonzero(going[:, None] & ~(back | sky | below))
-    mixed = np.unique(point)
-    follow(ray_scene, patches, (hits.take((point, ray)), point, number_rays(keys)[point, ray]), ends)
+    hidden = doubtful & ~touching & (ends[0] == 0)
+    going = (found | (doubtful & ~touching))[:, None] & ~(back | sky | below)
+    # Of places from which all rays met fronts most are in the open: one that leaves tells, and spares the others.
+    for part in (going & ~(hidden[:, None] & AFTER_FIRST), going & (hidden[:, None] & AFTER_FIRST)):
+        point, ray = np.nonzero(part & ~(hidden & (ends[1] + ends[2] > 0))[:, None])
+        follow(ray_scene, patches, (hits.take((point, ray)), point, number_rays(keys)[point, ray]), ends)
+    mixed = going.any(axis=1)
     found[mixed] = judge_ends(*ends[:, mixed])
     found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
-    return found, hidden
+    return found
 
 
-def trace_vote(ray_scene, patches, places, shifts, rays):
-    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the horizon: all (k, rays)."""
-    around = additive_recurrence(rays, 2)
+def trace_vote(ray_scene, patches, places, shifts):
+    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the horizon: all (k, RAYS)."""
+    around = additive_recurrence(RAYS, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
     own, b1, b2 = places
-    b1, b2 = (np.repeat(weights[:, None], rays, axis=1) for weights in (b1, b2))
+    b1, b2 = (np.repeat(weights[:, None], RAYS, axis=1) for weights in (b1, b2))
     origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
     hits = ray_scene.trace_as_drawn(origins.reshape(-1, 3), directions.reshape(-1, 3))
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
@@ -220,10 +213,10 @@ def trace_vote(ray_scene, patches, places, shifts, rays):
     return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards
 
 
-def judge_vote(back, sky, below, rays, stray):
-    """Whether points lie inside or under something, from how many rays end where, all (k,) int: (k,) bool."""
-    inside = (2 * back > rays) & (sky <= stray)
-    under = (4 * back > rays) & (back + below == rays)
+def judge_vote(back, sky, below):
+    """Whether points lie inside or under something, from how many of their RAYS rays end where, all (k,) int: (k,)."""
+    inside = (2 * back > RAYS) & (sky <= STRAY_RAYS)
+    under = (4 * back > RAYS) & (back + below == RAYS)
     return inside | under
 
 

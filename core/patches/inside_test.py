@@ -2,8 +2,12 @@
 
 ┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the front of the house
 │  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is inside if the place
-│  │    │ ←─ w │               is; so rays go on from fronts until they meet a back or leave. In a court they leave,
-└──┴────┴──────┘               or go on to the end.
+│  │    │ ←─ w │               is; so rays go on from fronts until they meet a back or leave. In a court they leave.
+└──┴────┴──────┘               In a closed room, all of fronts, they never do: no light gets there.
+
+By the cosine a ray would leave a deep gap after as many turns as the square of its depth over its width. Whether rays
+can leave does not depend on the law of their directions, so they go on by one as likely to take them from one to
+two widths of the gap along it as from a hundred to two hundred.
 """
 
 import numpy as np
@@ -11,12 +15,12 @@ from numba import njit
 
 from ..rays.hemisphere_rays import points_of_patches, rays_from_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform_of
-from ..rays.sample_points import cosine_direction
 from .fates_of_rays import meets_back
 
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
-TURNS = 16  # most faces that a ray goes on from; then it tells nothing
+TURNS = 32  # most faces that a ray goes on from
+FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along a face
 CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
@@ -29,9 +33,10 @@ def is_touched(ray_scene, patches, places):
     return find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
 
 
-def judge_ends(backs, skies):
-    """Whether points lie inside something, from how many of their RAYS rays end at backs and in the sky: (k,) bool."""
-    return (2 * backs > RAYS) & (skies <= STRAY_RAYS)
+def judge_ends(backs, skies, below):
+    """Whether points lie inside something, from how many of their RAYS rays end at backs, in the sky and below the
+    horizon: (k,) bool. If none leaves, the others still go on: the place is closed."""
+    return (2 * backs > RAYS) & (skies <= STRAY_RAYS) | (skies + below == 0)
 
 
 def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
@@ -46,7 +51,7 @@ def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
     ahead : float [m]
         From the points to where their rays begin, such as CONTACT behind a face that looks back.
     """
-    point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((2, len(keys)), np.int64)
+    point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((3, len(keys)), np.int64)
     step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
     follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step)
     return judge_ends(*ends)
@@ -58,7 +63,7 @@ def number_rays(keys):
 
 
 def follow(ray_scene, patches, rays, ends, ahead=0):
-    """Rays go on from fronts by the cosine, until they meet a back or leave, at most TURNS times.
+    """Rays go on from fronts until they meet a back or leave, at most TURNS times.
 
     Parameters
     ----------
@@ -67,26 +72,34 @@ def follow(ray_scene, patches, rays, ends, ahead=0):
         Of all triangles of `ray_scene`.
     rays : tuple of HitPlaces, (r,) int and (r,) uint64
         Where they start, the point that each belongs to, and keys of random numbers.
-    ends : (2, k) int
-        For each point, how many end at backs and how many in the sky is added to the rows. From points with more than
-        STRAY_RAYS of the latter none is followed any more.
+    ends : (3, k) int
+        For each point, how many end at backs, in the sky and below the horizon is added to the rows. From points with
+        more than STRAY_RAYS in the sky none is followed any more.
     ahead : (r, 3) float32 [m], optional
         From each place to where its ray starts.
     """
     (triangle, b1, b2), point, keys = rays
     for turn in range(TURNS):
         u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
-        local = tuple(part[:, None] for part in cosine_direction(u, v))
+        local = tuple(part[:, None] for part in flat_direction(u, v))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
         met, b1, b2 = ray_scene.trace_places(origins + ahead if turn == 0 else origins, directions)
         back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
-        ends[0] += np.bincount(point[back], minlength=ends.shape[1])
-        ends[1] += np.bincount(point[(met < 0) & (directions[:, 2] > 0)], minlength=ends.shape[1])
-        on = np.flatnonzero((met >= 0) & ~back & (ends[1] <= STRAY_RAYS)[point])
+        gone, upwards = met < 0, directions[:, 2] > 0
+        for number, which in enumerate((back, gone & upwards, gone & ~upwards)):
+            ends[number] += np.bincount(point[which], minlength=ends.shape[1])
+        on = np.flatnonzero(~gone & ~back & (ends[1] <= STRAY_RAYS)[point])
         triangle, b1, b2, point, keys = met[on], b1[on], b2[on], point[on], keys[on]
         if not len(on):
             break
+
+
+def flat_direction(u, v):
+    """Directions along a face, in its frame, with an even logarithm of their cosine to the normal: three (...)."""
+    height, angle = np.float32(FLATTEST) ** u, np.float32(2 * np.pi) * v
+    along = np.sqrt(1 - height * height)
+    return along * np.cos(angle), along * np.sin(angle), height
 
 
 def find_touching(patches, own, hits):

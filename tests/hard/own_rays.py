@@ -10,7 +10,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 SKY, FAR, FRONT, BACK, INSIDE = range(5)
 TOUCHING = 0.01  # [m]
-TURNS = 16
+TURNS = 500
 
 
 class OwnRays:
@@ -68,7 +68,7 @@ class OwnRays:
 
     def lie_inside(self, rows, places, generator, rays=8):
         """Whether most rays that go on from fronts, from 1 cm ahead where another face is closer, end at backs, and few
-        in the sky: (m,) bool of points of triangles, (m, 3)."""
+        in the sky, or none leaves at all: (m,) bool of points of triangles, (m, 3)."""
         ahead = self.normal[rows]
         hit = self.tree.run(places.astype(np.float32), ahead.astype(np.float32))
         along = (self.normal[hit] * ahead).sum(axis=1)
@@ -84,10 +84,12 @@ class OwnRays:
             ends[path] = self.judge_hits(hit, towards)
             going = ends[path] == FRONT
             path = path[going]
+            if not len(path):
+                break
             origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
         ends = ends.reshape(-1, rays)
         most, few = (ends == BACK).mean(axis=1) > 0.5, (ends == SKY).mean(axis=1) <= 1 / 8
-        return most & few
+        return (most & few) | ((ends == BACK) | (ends == FRONT)).all(axis=1)
 
     def go_on(self, hit, origins, towards, generator):
         """Where rays leave the faces that they meet, on the side that they come from, and to where."""

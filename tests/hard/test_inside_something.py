@@ -5,13 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from closed import box
+from closed import box, room
 from real_cities import SUNS
 from scenes import join, strip
 from towns import boxes
 
-from citypv.core.light.measure_cover import measure_cover
+from citypv.core.light.measure_cover import find_cover, measure_cover
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.patches.facing_scene import FacingScene
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -99,6 +101,52 @@ def test_a_court_is_outside(without):
     court = found[2]["north"], found[3]["south"], found[4]["north"], found[4]["east"]
     assert max(court) < CELL
     assert np.mean([found[0]["east"], found[1]["west"]]) == pytest.approx(20 / 23, abs=CELL)
+
+
+@pytest.mark.parametrize(("width", "length", "depth"), [(0.1, 10, 20), (0.3, 10, 20), (3, 3, 30)])
+def test_a_slot_between_four_houses_is_outside(width, length, depth):
+    """However deep: hardly a ray reaches the sky, but rays that go on do."""
+    houses = [
+        ((-10, -10, 0), (0, length + 10, depth)),
+        ((width, -10, 0), (width + 10, length + 10, depth)),
+        ((0, -10, 0), (width, 0, depth)),
+        ((0, length, 0), (width, length + 10, depth)),
+    ]
+    west, east, south, north = covered_sides(houses)
+    assert max(south["north"], north["south"]) < CELL
+    assert np.mean([west["east"], east["west"]]) == pytest.approx(20 / (length + 20), abs=CELL)
+
+
+@pytest.mark.parametrize(("width", "height"), [(3.0, 20.0), (4.0, 15.0)])
+def test_cover_of_a_block_does_not_depend_on_the_seed(width, height):
+    """25 houses without gaps, in no order: each inner wall coincides with one that faces the other way, and all of what
+    a ray meets in a house may be such fronts of its neighbours."""
+    count = 5
+    places = np.random.default_rng(3).permutation(count**2)
+    corners = [np.array([*divmod(place, count), 0]) * width for place in places]
+    scene = boxes([(low, low + np.array([width, width, height])) for low in corners])
+    vertices, owner = scene.vertices[scene.triangles], scene.triangle_surface
+    edge = np.isclose(np.abs(vertices[..., :2]), count * width / 2).all(axis=1)  # the origin is the middle
+    found = []
+    for seed in range(5):
+        patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed)
+        own = scene.triangle_surface >= 0
+        found.append(find_cover(FacingScene(scene, patches), patches, patches.receives & own, 1, silent))
+        assert (found[seed] == found[0]).all()
+    facade = (owner >= 0) & (scene.surfaces.kind[owner] == "facade")
+    inner, outer = facade & ~edge.any(axis=1), facade & edge.any(axis=1)
+    assert inner.sum() >= 4 * outer.sum()
+    assert found[0][inner].mean() == 1 and found[0][outer].mean() == 0
+
+
+def test_the_inner_skin_of_a_house_carries_no_modules():
+    """Its rooms are closed: all that rays meet there are fronts, and none of them leaves. So is an atrium under a roof
+    that is drawn from both sides, but not one that is open."""
+    outer, inner = box((0, 0, 0), (12, 10, 9)), room((0.3, 0.3, 0.3), (11.7, 9.7, 8.7))
+    share = measure_cover(join([GROUND, *outer, *inner]), threads=1)[len(GROUND[1]) :].reshape(2, 6, 2).mean(axis=2)
+    assert share[0, 2:].max() == 0 and share[1].min() == 1
+    open_above = measure_cover(join([GROUND, *outer[1:], *inner[1:]]), threads=1)[len(GROUND[1]) :].reshape(2, 5, 2)
+    assert open_above.mean(axis=2)[:, 1:].max() < CELL
 
 
 # -- what is covered is geometry: it does not depend on how a run looks at it --
