@@ -116,10 +116,10 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     brighter, darker = complaints(town, shares)
     assert not brighter.any()
     assert not darker[:, SKY].any()
-    # Cells of a 64th judge the rest: along the edge of what is covered a few percent of it may go.
+    # Cells of a 64th judge the rest: along the edge of what is covered a tenth of it may go.
     _, rows, _, by_ray, points = walls_of(town)
     lost = by_ray[:, : FRONT + 1] - np.where(is_covered(points)[..., None], points[..., : FRONT + 1], 0).mean(axis=1)
-    assert (lost - shares).max() < 0.09
+    assert (lost - shares).max() < 0.11
     assert darker.mean(axis=0).max() < 0.03
     assert shares.mean(axis=0)[SKY] == pytest.approx(by_ray[:, SKY].mean(), abs=2e-3)
     assert shares.mean(axis=0)[FAR] == pytest.approx(lost.mean(axis=0)[FAR], abs=2e-3)
