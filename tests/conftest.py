@@ -18,7 +18,7 @@ SLOW = Path(__file__).parent / "slow.txt"
 LONG = 0.2  # [s]
 # Laws and closed forms that take longer, and that no fast test holds: the cases that begin so.
 LAWS = (
-    "core/test_beyond_reflections.py::test_in_a_half_sphere",
+    "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
     "core/test_closed_forms.py::test_street_canyon[3]",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
@@ -26,10 +26,11 @@ LAWS = (
     "core/test_forward.py::test_far_ground_off",
     "core/test_forward.py::test_street_canyon[1-",
     "core/test_forward.py::test_where_the_light",
-    "core/test_materials.py::test_sun_in_a_mirror_facade[30.0]",
+    "core/test_specular.py::test_sun_in_a_mirror_facade[forward-30.0-1]",
     "core/test_measure_effects.py::test_sun_that_a_wall",
-    "core/test_places.py::test_far_from_an_edit",
+    "core/test_places.py::test_far_from_an_edit_of_berlin_nothing_changes[add]",
     "core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour[14.0",
+    "core/test_python_api.py::test_the_same_files_as_the_command_line[few rays]",
     "core/test_rack_light.py::test_narrow_rows_shade",
     "core/test_sky.py::test_stated_errors_of_the",
 )

@@ -3,7 +3,12 @@
 import itertools
 
 import numpy as np
-from scenes import join, strip
+from scenes import join, strip, suns_towards
+
+from citypv.core.photons.specular_light import trace_hybrid
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 HEIGHT, HALF = 10.0, 400.0  # [m] of the facade, and half its length
 EDGES = np.array([0.0, 4.0, 8.0, 12.0, 20.0])  # [m] from the facade, of strips of the street
@@ -30,6 +35,18 @@ def finish(tmp_path, text):
     path = tmp_path / "finish.csv"
     path.write_text(text)
     return str(path)
+
+
+def trace_street(tmp_path, text, elevation, estimator="gather", **settings):
+    """Transfer of the street with the finishes of a text, under one sun that stands before the facade."""
+    angle = np.radians(elevation)
+    trace, rays = {
+        "gather": (trace_hybrid, {"samples": 1 << 17, "shadow_samples": 1 << 15}),
+        "forward": (trace_forward, {"samples": 25_000}),
+    }[estimator]
+    rays |= {"estimator": estimator, "max_bounces": 1, "far_ground": False}
+    request = Request(albedo_file=finish(tmp_path, text), **rays | settings)
+    return trace(street(), suns_towards([[0, -np.cos(angle), np.sin(angle)]]), request, silent)
 
 
 def light_of_strips(transfer, column=None):

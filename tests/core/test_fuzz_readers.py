@@ -187,7 +187,7 @@ def cityjson(draw, seeds):
 
 def run_fuzz(folder, suffix, grammar, count, least):
     """Read so many drawn files; both ends, a city and a refusal, are reached by at least a share of them."""
-    outcomes, count = [], draw_count(count, count // 4)
+    outcomes, count = [], draw_count(count, count // 8)
 
     @thorough(count)
     @given(grammar)

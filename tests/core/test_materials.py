@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pvlib
 import pytest
-from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, street
-from scenes import assert_mean, run_gather, suns_towards
+from mirror_street import finish, light_of_strips, street, trace_street
+from scenes import run_gather, suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
@@ -18,68 +18,13 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 
-def trace_street(tmp_path, text, elevation, samples=25_000):
-    angle = np.radians(elevation)
-    request = Request(
-        estimator="forward",
-        samples=samples,
-        max_bounces=1,
-        far_ground=False,
-        albedo_file=finish(tmp_path, text),
-        effects={"far-ground": False},
-    )
-    suns = suns_towards([[0, -np.cos(angle), np.sin(angle)]])
-    return trace_forward(street(), suns, request, silent)
-
-
-@pytest.mark.once
-@pytest.mark.parametrize("elevation", [30.0, 50.0])
-def test_sun_in_a_mirror_facade(tmp_path, elevation):
-    """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws it."""
-    transfer = trace_street(tmp_path, "surface,albedo,material\nfacade,0.6,mirror\nflat,0,\n", elevation)
-    mean, error = light_of_strips(transfer, 0)
-    assert error.max() < 0.01
-    expected = 0.6 * np.sin(np.radians(elevation)) * lit_share(elevation)
-    assert expected[0] > 0.29
-    assert expected[-1] == 0 or elevation < 45
-    assert_mean(mean, error, expected)
-    assert transfer.direct_reflected[0, 0] < 1e-3  # nothing comes back to the facade from a black street
-
-
-@pytest.mark.once
-def test_sky_in_a_mirror_facade(tmp_path):
-    """The facade shows the sky: ρ times what the street sees of the facade (Hottel), twice what a dull one sends."""
-    near, far = EDGES[:-1], EDGES[1:]
-    seen = 0.5 * (1 - (np.hypot(far, HEIGHT) - np.hypot(near, HEIGHT)) / (far - near))
-    for material, share in (("mirror", 1.0), ("", 0.5)):
-        transfer = trace_street(tmp_path, f"surface,albedo,material\nfacade,0.8,{material}\nflat,0,\n", 45.0)
-        mean, error = light_of_strips(transfer)
-        assert error.max() < 0.005
-        # The street sees the sky but for the facade, and in the facade its image.
-        assert_mean(mean, error, 1 - seen + 0.8 * share * seen)
-
-
-@pytest.mark.once
-@pytest.mark.parametrize(
-    ("name", "index", "interfaces"), [("glass", 1.52, 2), ("double glazing", 1.52, 4), ("water", 1.333, 1)]
-)
-def test_sun_in_a_glass_facade(tmp_path, name, index, interfaces):
-    """Fresnel's share at the angle of incidence, which is the elevation here."""
-    elevation = 30.0
-    transfer = trace_street(tmp_path, f"surface,albedo,material\nfacade,,{name}\nflat,0,\n", elevation)
-    mean, error = light_of_strips(transfer, 0)
-    share = reflect_interfaces([np.cos(np.radians(elevation))], index, interfaces)[0]
-    assert 0.02 < share < 0.2
-    assert_mean(mean, error + 1e-4, share * np.sin(np.radians(elevation)) * lit_share(elevation))
-
-
 @pytest.mark.once
 def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     """Hardly rough it is a mirror; rough it lights beyond the beam and less within."""
     texts = [
         f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n" for name in ("mirror", "glossy:0.001", "glossy:0.3")
     ]
-    mirror, smooth, rough = (light_of_strips(trace_street(tmp_path, text, 50.0), 0)[0] for text in texts)
+    mirror, smooth, rough = (light_of_strips(trace_street(tmp_path, text, 50.0, "forward"), 0)[0] for text in texts)
     assert smooth == pytest.approx(mirror, abs=0.01)
     assert rough[0] < 0.9 * mirror[0]
     assert mirror[3] < 1e-3

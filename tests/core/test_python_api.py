@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from small_city import house, write_small_city
+from small_city import house
 from weathers import ERA5
 
 import citypv
@@ -30,11 +30,6 @@ SETTINGS = {
     "a weather file": (["--weather", str(ERA5)], {"weather": ERA5}),
     "losses and an inverter": (["--losses", "5", "--inverter", "pvwatts"], {"losses": 5, "inverter": "pvwatts"}),
 }
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
 @pytest.fixture(scope="module")
@@ -93,18 +88,7 @@ def test_another_weather_keeps_the_plant(city, tmp_path):
     np.testing.assert_allclose(again.faces["full_load_hours"], first.faces["full_load_hours"], rtol=1e-9)
     assert again.summary["settings"]["losses"] == 20
     more = first.with_weather(ERA5, losses=10, allow_distance=1e5)
-    options = [
-        "--weather",
-        str(ERA5),
-        "--losses",
-        "10",
-        "--sky",
-        "isotropic",
-        "--allow-distance",
-        "1e5",
-        "--threads",
-        "1",
-    ]
+    options = options_of({"weather": ERA5, "losses": 10, "sky": "isotropic", "allow-distance": 1e5, "threads": 1})
     transfer = str(first.folder / "transfer.nc")
     assert main(["yield", transfer, "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
     assert (more.folder / "faces.csv").read_bytes() == (tmp_path / "a" / "faces.csv").read_bytes()

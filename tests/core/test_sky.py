@@ -6,11 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pvlib
 import pytest
-from mirror_street import finish
 from planes import ALBEDO, DC, light_on_plane
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
-from test_forward_agrees import SUNS, refined
-from test_tracing import three_houses
 from thorough import THOROUGH
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
@@ -19,7 +16,6 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.merge_transfers import merge_transfers
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
@@ -222,24 +218,6 @@ def test_the_horizon_goes_through_files_and_rounds(tmp_path):
         np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
     write_transfer(tmp_path / "even.nc", replace(merged, sources={}))
     assert read_transfer(tmp_path / "even.nc").sources == {}
-
-
-@pytest.mark.once
-def test_the_horizon_in_a_street_with_mirrors_is_that_of_photons(tmp_path):
-    """Reflections of all kinds, and the horizon's light by way of mirrors, in gather and in forward."""
-    scene = refined(three_houses(), 10.0)
-    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
-    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=256, sky="perez")
-    hybrid = trace_hybrid(scene, SUNS, settings, silent)
-    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=400), silent)
-    assert set(forward.record.photons) == {"sky", "far ground", "suns", "horizon"}
-    tally = forward.record.photons["horizon"]
-    assert sum(tally.values()) == 2 * tally["emitted"] > 0
-    for kind in ("facade", "flat"):
-        rows = np.flatnonzero(scene.surfaces.kind == kind)
-        (one, own), (other, error) = (mean_of(traced, rows, "relative") for traced in (hybrid, forward))
-        assert np.hypot(own, error) < 0.02
-        assert_mean(one, np.hypot(own, error), other)
 
 
 @pytest.mark.once

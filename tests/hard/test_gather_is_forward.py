@@ -19,7 +19,7 @@ from thorough import draw_count
 
 PHOTONS = {"Berlin": 32, "Manhattan": 12}  # per patch of the whole city
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"
-RUNS = 6 if WHOLE else draw_count(6, 4)  # of forward
+RUNS = 6 if WHOLE else draw_count(6, 3)  # of forward
 PARTS = ("sky", "suns", "reflected sky", "reflected suns")
 ERRORS = 4.0
 BIAS = 0.005  # of the reflected part
