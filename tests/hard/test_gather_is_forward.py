@@ -109,7 +109,7 @@ def test_gather_is_forward(name):
     allowed, share = ERRORS * found.error + bias * found["mean"] * reflected, found.error / found["mean"]
     assert "roof" in groups and ("shared roof" in groups or name == "Berlin")
     # It says something: with six runs, what light that is even over patches of ten metres changes, 1 to 1.8 %, shows on
-    # facades; with four 2 % of the reflected light.
+    # facades; with three 2 % of the reflected light.
     assert share[reflected & ~roof].max() < 0.006
     assert share.max() < 0.012 * np.sqrt(6 / RUNS)
     assert (found.difference.abs() <= allowed).all()
