@@ -116,8 +116,9 @@ def stand_city(city, request, report_share=ignore_share, site=None):
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
-    site = site_of_results(request.site_of, city.crs) if request.site_of else None
-    if site and request.latitude is not None:
+    if site is None and request.site_of:
+        site = site_of_results(request.site_of, city.crs)
+    if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     scene = build_scene(
         city,
