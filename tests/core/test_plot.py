@@ -245,6 +245,17 @@ def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
     assert "no plan of the city" in page.text and "surfaces.nc, which is missing" in page.text
 
 
+def test_runs_too_large_for_a_transfer_have_their_shapes(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("citypv.core.commands.simulate.is_on_disk", lambda matrix: True)
+    out = tmp_path / "large"
+    assert main(["simulate", str(folder.parent / "city.gml"), "--out", str(out), *FAST]) == 0
+    assert not (out / "transfer.nc").exists()
+    assert main(["plot", str(out), "--quiet"]) == 0
+    assert set(Page((out / "report.html").read_text(encoding="utf-8")).figures) == FIGURES
+    results = read_results(out)
+    assert results.months.sum(axis=1) == pytest.approx(results.faces["full_load_hours"], rel=1e-5, nan_ok=True)
+
+
 def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
     shutil.copytree(folder, tmp_path / folder.name)
     assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0

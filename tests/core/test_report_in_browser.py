@@ -18,7 +18,7 @@ from small_city import HEAD, house
 from citypv.core.commands.command_line import main
 from citypv.core.results.read_results import read_results
 
-pytestmark = pytest.mark.once
+pytestmark = [pytest.mark.once, pytest.mark.slow]
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 HOSTILE = [
     "</script><script>document.title='bad'</script>",
@@ -281,6 +281,24 @@ def test_months_share_a_scale_if_wanted(page, faces):
     shared = page.run("currentLayer().high")
     most = on_counted_area(faces[faces["eligible"]], "full_load_hours_06").max()
     assert 0.9 * most < own <= shared
+
+
+def test_a_lost_picture_comes_back(page, tmp_path):
+    """As after sleep, or on a phone that takes the graphics memory for something else."""
+    frame = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    pictures = []
+    for act in ("1", "(window.lost = view.renderer.getContext().getExtension('WEBGL_lose_context')).loseContext()"):
+        page.run(act)
+        page.run(frame)
+        page.picture(tmp_path / "page.png")
+        pictures.append(imread(tmp_path / "page.png"))
+    page.run(
+        "new Promise((done) => { view.canvas.addEventListener('webglcontextrestored', done); lost.restoreContext(); })"
+    )
+    page.run(frame)
+    page.picture(tmp_path / "page.png")
+    assert np.abs(imread(tmp_path / "page.png") - pictures[0]).max() < 0.02
+    assert np.abs(pictures[1] - pictures[0]).max() > 0.3
 
 
 def test_without_webgl_the_table_is_there(folder):

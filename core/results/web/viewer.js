@@ -247,8 +247,8 @@ function buildView() {
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
   renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-  renderer.setClearColor(0xe9eef3);
   const scene = new THREE.Scene();
+  scene.background = new THREE.Color(0xe9eef3);
   const camera = new THREE.PerspectiveCamera(35, 1, 1, 1000);
   camera.up.set(0, 0, 1);
   const parts = buildMesh();
@@ -377,6 +377,7 @@ function listenToCanvas() {
     Home: () => showWhole(),
     Escape: () => chooseBuilding(-1),
   };
+  canvas.addEventListener("webglcontextrestored", draw);
   canvas.addEventListener("keydown", (event) => {
     if (!acts[event.key] || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
