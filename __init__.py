@@ -4,7 +4,7 @@ Blender loads this file as an extension, Python as the package `citypv`. Nothing
 that reading the package costs nothing and `citypv.core` works without Blender.
 """
 
-FUNCTIONS = ("simulate", "read_results", "inspect", "world", "Result", "InputError")
+FUNCTIONS = ("simulate", "read_results", "compare", "inspect", "world", "Result", "InputError")
 
 
 def __getattr__(name):

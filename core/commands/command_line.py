@@ -134,6 +134,11 @@ def build_parser():
     add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
     world.set_defaults(run=run_world)
+    compare = commands.add_parser("compare", help="who gains and who loses between two results of a city")
+    for name in ("before", "after"):
+        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
+    add_output(compare)
+    compare.set_defaults(run=run_compare)
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
     add_city(inspect)
     inspect.set_defaults(run=run_inspect)
@@ -148,9 +153,14 @@ def build_parser():
     accuracy.set_defaults(run=run_accuracy)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
     selfcheck.set_defaults(run=run_selfcheck)
-    for command in (inspect, effects, accuracy, selfcheck):
-        command.add_argument("--json", action="store_true", help="print as JSON")
+    add_json(inspect, effects, accuracy, selfcheck)
     return parser
+
+
+def add_json(*parsers):
+    """Add `--json` to some commands."""
+    for parser in parsers:
+        parser.add_argument("--json", action="store_true", help="print as JSON")
 
 
 def run_simulate(options):
@@ -225,6 +235,15 @@ def run_plot(options):
     paths = plot_results(options.folder)
     if not options.quiet:
         print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
+
+
+def run_compare(options):
+    """`citypv compare`."""
+    from .compare import compare, describe_comparison
+
+    found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
+    if not options.quiet:
+        print("\n".join([*describe_comparison(found), f"Written to {options.out}"]), file=sys.stderr)
 
 
 def run_inspect(options):

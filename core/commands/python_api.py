@@ -231,6 +231,26 @@ def read_results(folder):
     return Result(folder)
 
 
+def compare(before, after, *, out=None, overwrite=False):
+    """Who gains and who loses between two states of a city: Comparison, with surfaces, buildings and summary.
+
+    Parameters
+    ----------
+    before, after : Result or path-like
+    out : path-like, optional
+        Folder for tables and a page with maps.
+    overwrite : bool
+    """
+    from ..results.compare_runs import compare_runs
+    from ..results.read_results import read_results as read_folder
+    from .compare import compare as write_comparison
+
+    folders = [one.folder if isinstance(one, Result) else one for one in (before, after)]
+    if out is not None:
+        return write_comparison(*folders, out, overwrite=overwrite)
+    return compare_runs(*map(read_folder, folders))
+
+
 def inspect(city, **settings):
     """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect --json``."""
     from .inspect_city import inspect_city

@@ -2,10 +2,11 @@
 
 import numpy as np
 from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from .colour_map import choose_range
+from .colour_map import DIVERGING, choose_range
 from .picture import colour_scale, make_figure
 from .read_results import select_mounted
 
@@ -38,31 +39,63 @@ def draw_plan(faces, outlines, show):
     mounted = select_mounted(faces)
     chosen = mounted[(mounted["kind"] == "facade") == (show == "facade")]
     hours = chosen["full_load_hours"]
-    low, high = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
+    ends = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
+    look = {"cmap": colour_scale(COLOUR_MAP), "clim": ends}
+    return draw_surfaces(faces, outlines, hours.rename("Full load hours a year [h]"), show, look)
+
+
+def draw_change(surfaces, outlines, show):
+    """Draw what the hours of a city's surfaces gain or lose, zero in the middle; grey below two standard errors.
+
+    Parameters
+    ----------
+    surfaces : pandas.DataFrame
+        Of a Comparison.
+    outlines : Outlines
+        Of the later state: of the first rows.
+    show : {"roof", "facade"}
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    faces = surfaces.iloc[: len(outlines.surface_start) - 1]
+    change = faces["full_load_hours_change"]
+    sure = change.abs() > 2 * faces["full_load_hours_change_standard_error"]
+    values = change[sure & ((faces["kind"] == "facade") == (show == "facade"))]
+    most = max(map(abs, choose_range(change[sure].to_numpy(), faces["area"][sure].to_numpy()))) if sure.any() else 1.0
+    colours = LinearSegmentedColormap.from_list("change", [f"#{stop}" for stop in DIVERGING.split()])
+    look = {"cmap": colours, "clim": (-most, most)}
+    return draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
+
+
+def draw_surfaces(faces, outlines, values, show, look):
+    """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades as lines."""
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
-    size = upper - lower
+    size, (low, high) = upper - lower, look["clim"]
     figure = make_figure(WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT)
     axes = figure.subplots()
     frame_plan(axes, lower, upper)
-    look = {"cmap": colour_scale(COLOUR_MAP), "clim": (low, high)}
     roofs = rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
-    grey = [surface for surface in roofs if show == "facade" or surface not in hours.index]
+    grey = [surface for surface in roofs if show == "facade" or surface not in values.index]
     axes.add_collection(shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
     if show == "facade":
-        drawn = rows_by_height(outlines, chosen.index)
+        drawn = rows_by_height(outlines, values.index)
         lines = [facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn]
         points = 72 * WIDTH / max(size)  # per metre, about
         width = float(np.clip(WALL_WIDTH * points, THINNEST, THICKEST))
-        coloured = LineCollection(lines, array=hours[drawn].to_numpy(), linewidth=width, capstyle="butt", **look)
+        coloured = LineCollection(lines, array=values[drawn].to_numpy(), linewidth=width, capstyle="butt", **look)
     else:
-        drawn = [surface for surface in roofs if surface in hours.index]
+        drawn = [surface for surface in roofs if surface in values.index]
         coloured = shade_areas(
-            outlines, drawn, array=hours[drawn].to_numpy(), edgecolor="white", linewidth=0.25, **look
+            outlines, drawn, array=values[drawn].to_numpy(), edgecolor="white", linewidth=0.25, **look
         )
     axes.add_collection(coloured)
-    beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(((hours < low).any(), (hours > high).any()), "neither")
-    bar = figure.colorbar(coloured, ax=axes, location="bottom", extend=beyond, shrink=0.6, pad=0.02, aspect=40)
-    bar.set_label("Full load hours a year [h]")
+    beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(((values < low).any(), (values > high).any()))
+    bar = figure.colorbar(
+        coloured, ax=axes, location="bottom", extend=beyond or "neither", shrink=0.6, pad=0.02, aspect=40
+    )
+    bar.set_label(values.name)
     return figure
 
 

@@ -1,0 +1,135 @@
+"""`citypv compare`: who gains and who loses between two states of a city, as tables, sums and a page with maps."""
+
+import importlib.util
+from html import escape
+
+import numpy as np
+
+from ..results.compare_runs import EXISTING, compare_runs
+from ..results.output_folder import whole_folder
+from ..results.read_results import read_results
+from ..results.write_report import PAGE, paragraph, picture, section, table
+from ..results.write_summary import write_summary
+
+MOST_ROWS = 200  # of the page's table
+CAPTIONS = {
+    "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
+    "errors, new, or without modules. North is up.",
+    "facade": "Facades as lines: change of the full load hours, in the colours above.",
+}
+STATES = {
+    "existing": "Existing buildings that stay as they are",
+    "changed": "Buildings that change themselves",
+    "new": "New buildings",
+    "gone": "Buildings that are gone",
+    "all": "All",
+}
+HEAD = ("Before [MWh]", "After [MWh]", "Change [MWh]", "± [MWh]", "on roofs [MWh]", "on facades [MWh]")
+
+
+def compare(before, after, folder, *, overwrite=False):
+    """Compare two result folders, and write surfaces.csv, buildings.csv, summary.json and report.html.
+
+    Parameters
+    ----------
+    before, after : path-like
+        Result folders of `citypv simulate` or `citypv yield`.
+    folder : path-like
+        Written completely or not at all.
+    overwrite : bool
+        Replace results in a folder that is not empty.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        A folder holds no results, or not only the city differs.
+    """
+    with whole_folder(folder, overwrite) as work:
+        later = read_results(after)
+        found = compare_runs(read_results(before), later)
+        for name in ("surfaces", "buildings"):
+            getattr(found, name).to_csv(work / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
+        (work / "report.html").write_text(compose_page(found, later.outlines), encoding="utf-8")
+        write_summary(work / "summary.json", found.summary)
+    return found
+
+
+def describe_comparison(found):
+    """Sums as lines of text."""
+    lines = [f"{found.summary['before']} → {found.summary['after']}, {found.summary['weather']}"]
+    for state, words in STATES.items():
+        sums = found.summary["sums"][state]
+        if sums["buildings"]:
+            change = f"{sums['mwh_change']:+,.1f} ± {sums['mwh_change_standard_error']:.1f} MWh a year"
+            lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
+    return [*lines, *note_light(found)]
+
+
+def note_light(found):
+    """That the two were traced with other settings: list of str."""
+    names = ", ".join(found.summary["light_differs_in"])
+    return [f"The light was traced with other settings: {names}; part of the change is theirs."] if names else []
+
+
+def compose_page(found, outlines):
+    """The page: sums, maps, and the buildings whose change is beyond two standard errors."""
+    summary, buildings = found.summary, found.buildings
+    sums = [
+        (words, f"{one['buildings']:,}", *numbers_of(one))
+        for state, words in STATES.items()
+        if (one := summary["sums"][state])["buildings"]
+    ]
+    sure = buildings[buildings["mwh_change"].abs() > 2 * buildings["mwh_change_standard_error"]]
+    listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:MOST_ROWS])
+    listed = listed.sort_values("mwh_change")
+    rows = [(one["building_id"], one["state"], *numbers_of(one), percent(one)) for one in listed.to_dict("records")]
+    maps = []
+    if importlib.util.find_spec("matplotlib") is not None:
+        from ..results.draw_plan import draw_change
+        from ..results.picture import embed_figure, plain_style
+
+        with plain_style():
+            for show, caption in CAPTIONS.items():
+                maps.append(picture(embed_figure(draw_change(found.surfaces, outlines, show), "png"), show, caption))
+    kept = summary["sums"][EXISTING]
+    lead = f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} {abs(kept['mwh_change']):,.1f} ± "
+    lead += f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh before."
+    body = [
+        section(
+            "In short",
+            paragraph(f"Weather: {summary['weather']}. {lead}"),
+            *(paragraph(note, "warning") for note in note_light(found)),
+            table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
+            paragraph(
+                "± is the standard error of the change as if the two runs were independent: runs of one seed and place "
+                "share their random numbers, and are closer than that. Surfaces that see nothing new differ by 0.",
+                "small",
+            ),
+        ),
+        section("Where", *maps) if maps else "",
+        section(
+            "Who loses, who gains",
+            paragraph(f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard errors."),
+            table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
+            paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
+        ),
+    ]
+    title = escape(f"Comparison: {summary['before']} and {summary['after']}")
+    return PAGE.substitute(title=title, body="\n".join(filter(None, body)))
+
+
+def numbers_of(one):
+    """Sums as text, in the order of HEAD."""
+    names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
+    signs = ("", "", "+", "", "+", "+")
+    return [f"{one[f'mwh_{name}']:{sign},.2f}" for name, sign in zip(names, signs, strict=True)]
+
+
+def percent(one):
+    """Change in percent as text, "–" of what was not there."""
+    value = one["percent_change"]
+    return "–" if np.isnan(value) else f"{value:+.1f}"

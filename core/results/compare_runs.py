@@ -1,0 +1,197 @@
+"""Who gains and who loses: the results of two states of a city, surface by surface and building by building.
+
+Surfaces are the same where their shapes are: middle, area and normal agree within some centimetres, whatever they are
+called. Those that only one state has are new or gone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from ..city.locate_site import bring_to_grid
+from ..city.scene import Site
+from ..settings.errors import InputError
+from ..settings.request import declared_settings, option_of
+from .read_results import CURE
+
+SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
+GROUPS = ("weather", "electricity", "sky")  # of settings that have to agree
+FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
+EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
+SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
+
+
+@dataclass
+class Comparison:
+    """Two states of a city."""
+
+    surfaces: pd.DataFrame  # a row for each surface of the later state, in its order, then those that are gone
+    buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
+    summary: dict  # sums over the buildings of each state and over all, and what was compared
+
+
+def compare_runs(before, after):
+    """Compare two runs.
+
+    Parameters
+    ----------
+    before, after : Results
+        With outlines.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        The hours, the weather, the modules or what counts differ, or a run has no outlines.
+    """
+    check_comparable(before, after)
+    match = match_surfaces(before, after)  # (n,) row of `before`, -1 for new ones
+    gone = np.setdiff1d(np.arange(len(before.faces)), match[match >= 0])
+    later, earlier = yields_of(after), yields_of(before)
+    paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
+    texts = ["surface_id", "building_id", "kind", "orientation", "area"]
+    table = pd.concat([after.faces[texts], before.faces[texts].iloc[gone]], ignore_index=True)
+    table.insert(2, "state", [EXISTING if row >= 0 else NEW for row in match] + [GONE] * len(gone))
+    none = pd.DataFrame(np.nan, index=range(len(gone)), columns=later.columns)
+    olds = pd.concat([paired, earlier.iloc[gone]], ignore_index=True)
+    news = pd.concat([later, none], ignore_index=True)
+    for name in ("full_load_hours", "mwh"):
+        table[f"{name}_before"], table[f"{name}_after"] = olds[name], news[name]
+        table[f"{name}_change"] = news[name].fillna(0) - olds[name].fillna(0)
+        table.loc[news[name].isna() & olds[name].isna(), f"{name}_change"] = np.nan
+        # Surfaces that no changed ray reached have the same bits, and differ by nothing.
+        error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0))
+        table[f"{name}_change_standard_error"] = np.where(olds[name] == news[name], 0.0, error)
+    lone = table["state"] != EXISTING
+    table.loc[lone, ["full_load_hours_change", "full_load_hours_change_standard_error"]] = np.nan
+    buildings = sum_buildings(table)
+    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after))
+
+
+def check_comparable(before, after):
+    """Refuse runs of which not only the city differs.
+
+    Raises
+    ------
+    InputError
+        Names what differs.
+    """
+    apart = []
+    if before.summary["weather"]["label"] != after.summary["weather"]["label"]:
+        apart.append("the weather")
+    if before.interval != after.interval or not before.times.equals(after.times):
+        apart.append("the hours")
+    one, other = before.summary["settings"], after.summary["settings"]
+    for name, default, _ in declared_settings(*GROUPS):
+        if name not in FREE and one.get(name, default) != other.get(name, default):
+            apart.append(option_of(name))
+    if apart:
+        problem = f"{before.name} and {after.name} differ in {', '.join(apart)}"
+        raise InputError("compare", problem, "compute both with the same, by citypv yield if the light is there")
+    for one in (before, after):
+        if one.outlines is None:
+            raise InputError(one.name, "has no shapes of its surfaces, by which they are told", CURE)
+
+
+def match_surfaces(before, after):
+    """Row of the earlier state for each surface of the later one, -1 where there is none: (n,) int.
+
+    Two surfaces are the same where each is the other's nearest.
+    """
+    earlier, later = shapes_of(before), shapes_of(after)
+    middle = earlier[:, :3].mean(axis=0)  # so that eastings lose no digits
+    earlier[:, :3] -= middle
+    later[:, :3] -= middle
+    match = np.full(len(later), -1)
+    if not (len(earlier) and len(later)):
+        return match
+    distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=SAME)
+    _, back = cKDTree(later).query(earlier)
+    found = np.flatnonzero(np.isfinite(distance))
+    mutual = found[back[nearest[found]] == found]
+    match[mutual] = nearest[mutual]
+    return match
+
+
+def shapes_of(results):
+    """Middle of the corners, root of the area and normal of each surface: (n, 7) float64 [m], in the files' grid."""
+    outlines, faces = results.outlines, results.faces
+    place = results.summary["input"]["site"]
+    points = bring_to_grid(outlines.points.astype(float), Site(**place))
+    first = outlines.ring_start[outlines.surface_start[:-1]]
+    last = outlines.ring_start[np.minimum(outlines.surface_start[:-1] + 1, len(outlines.ring_start) - 1)]
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(points - points[:1], axis=0)])
+    count = np.maximum(last - first, 1)[:, None]
+    middle = (sums[last] - sums[first]) / count + points[:1]
+    tilt, azimuth = np.radians(faces["surface_tilt"]), np.radians(faces["surface_azimuth"].fillna(0))
+    normal = [np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)]
+    return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
+
+
+def yields_of(results):
+    """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors: pandas.DataFrame."""
+    faces, summary = results.faces, results.summary
+    counted = faces["area" if summary["settings"].get("hidden_walls") == "count" else "open_area"]
+    hours, error = faces["full_load_hours"], faces["full_load_hours_standard_error"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Hours are means over the whole polygon; modules lie on the part that counts.
+        power = faces["module_area"] / summary["totals"]["area_per_kwp"] * faces["area"] / counted / 1000
+    carries = faces["module_area"] > 0
+    columns = {
+        "full_load_hours": hours,
+        "full_load_hours_error": error,
+        "mwh": power * hours,
+        "mwh_error": power * error,
+    }
+    return pd.DataFrame({name: values.where(carries) for name, values in columns.items()})
+
+
+def sum_buildings(table):
+    """Energy of each building before and after, with the change and its standard error, roofs and facades apart.
+
+    A building of which some surfaces are new or gone has changed itself; the others exist as before.
+    """
+    rows = []
+    for name, own in table.groupby("building_id", sort=True):
+        states = set(own["state"])
+        state = states.pop() if len(states) == 1 else CHANGED
+        old = own["mwh_before"].sum()
+        row = {"building_id": name, "state": state, **sum_energy(own)}
+        row["percent_change"] = 100 * row["mwh_change"] / old if old > 0 else np.nan
+        rows.append(row)
+    return pd.DataFrame(rows).sort_values(["mwh_change", "building_id"], ignore_index=True)
+
+
+def sum_energy(own):
+    """Sums over some surfaces: dict."""
+    error = np.sqrt((own["mwh_change_standard_error"] ** 2).sum())
+    sums = {name: float(own[name].sum()) for name in ("mwh_before", "mwh_after", "mwh_change")}
+    sums["mwh_change_standard_error"] = float(error)
+    for side, kinds in SIDES.items():
+        sums[f"mwh_change_{side}"] = float(own.loc[own["kind"].isin(kinds), "mwh_change"].sum())
+    return sums
+
+
+def summarise_comparison(table, buildings, before, after):
+    """Sums [MWh per year] over the buildings of each state and over all, and what was compared: dict."""
+    state = dict(zip(buildings["building_id"], buildings["state"], strict=True))
+    states = table["building_id"].map(state)
+    sums = {}
+    for name in (EXISTING, CHANGED, NEW, GONE, "all"):
+        own = table if name == "all" else table[states == name]
+        sums[name] = {"buildings": own["building_id"].nunique(), **sum_energy(own)}
+    traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
+    names = {name for name, *_ in declared_settings("light", "effects")}
+    return {
+        "before": before.name,
+        "after": after.name,
+        "weather": after.summary["weather"]["label"],
+        "sums": sums,
+        "unit": "MWh per year",
+        "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
+    }

@@ -1,0 +1,89 @@
+"""Two states of a city: surfaces are told by their shapes, sums add up, only what the change reaches changes."""
+
+import re
+
+import pandas as pd
+import pytest
+from small_city import house, write_small_city
+
+import citypv
+from citypv.__main__ import main
+
+FEW = {"weather": "clear-sky", "samples": 64, "shadow_samples": 4, "suns": "days:4", "threads": 1}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("states")
+
+
+@pytest.fixture(scope="module")
+def before(folder):
+    return citypv.simulate(write_small_city(folder / "small.gml"), **FEW)
+
+
+def restate(folder, before, name, change):
+    """Results of the city's file after a change of its text, at the same place."""
+    path = folder / name
+    path.write_text(change((folder / "small.gml").read_text(encoding="utf-8")), encoding="utf-8")
+    return citypv.simulate(path, site_of=before.folder, **FEW)
+
+
+@pytest.fixture(scope="module")
+def after(folder, before):
+    """A tower of 40 m south of the first house in place of the third house."""
+
+    def change(text):
+        text = re.sub(r'<cityObjectMember><bldg:Building gml:id="c">.*?</cityObjectMember>\n', "", text, flags=re.S)
+        return text.replace("</CityModel>", house("tower", (0, -16), (12, 10, 40)) + "</CityModel>")
+
+    return restate(folder, before, "after.gml", change)
+
+
+def test_the_same_city_under_other_names_does_not_change(folder, before):
+    renamed = restate(folder, before, "names.gml", lambda text: re.sub(r'gml:id="([abc])_', r'gml:id="z\1', text))
+    found = citypv.compare(before, renamed)
+    assert set(found.surfaces["state"]) == {"existing"}
+    assert (found.surfaces["full_load_hours_change"].dropna() == 0).all()
+    assert (found.surfaces["full_load_hours_change_standard_error"].dropna() == 0).all()
+    assert found.summary["sums"]["existing"]["buildings"] == 3
+
+
+def test_neighbours_lose_and_sums_add_up(before, after):
+    found = citypv.compare(before, after)
+    states = found.buildings.set_index("building_id")["state"].to_dict()
+    assert states == {"a": "existing", "b": "existing", "c": "gone", "tower": "new"}
+    south = found.surfaces.set_index("surface_id").loc["a_south"]
+    assert south["full_load_hours_change"] < -5 * south["full_load_hours_change_standard_error"] < 0
+    assert south["full_load_hours_change"] == pytest.approx(
+        south["full_load_hours_after"] - south["full_load_hours_before"]
+    )
+    sums = found.summary["sums"]
+    for name in ("mwh_before", "mwh_after", "mwh_change"):
+        parts = sum(sums[state][name] for state in ("existing", "changed", "new", "gone"))
+        assert sums["all"][name] == pytest.approx(parts)
+    assert sums["all"]["mwh_change"] == pytest.approx(sums["all"]["mwh_after"] - sums["all"]["mwh_before"])
+    assert sums["gone"]["mwh_after"] == sums["new"]["mwh_before"] == 0
+    assert sums["existing"]["mwh_change"] < 0 < sums["new"]["mwh_change"]
+    for result, column in ((before, "mwh_before"), (after, "mwh_after")):  # the program's own sums, by another way
+        energy = result.buildings.filter(regex="mwh_per_year").sum(axis=1)
+        own = dict(zip(result.buildings["building_id"], energy, strict=True))
+        told = dict(zip(found.buildings["building_id"], found.buildings[column], strict=True))
+        assert own == pytest.approx({name: told[name] for name in own}, rel=1e-4)
+
+
+def test_files_and_page(before, after, folder, capfd):
+    assert main(["compare", str(before.folder), str(after.folder), "--out", str(folder / "out")]) == 0
+    said = capfd.readouterr().err
+    assert re.search(r"Existing buildings that stay as they are: -[\d.]+ ± [\d.]+ MWh a year", said)
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Who loses, who gains" in page and page.count("<img") == 2
+    table = pd.read_csv(folder / "out" / "buildings.csv")
+    assert table["mwh_change"].is_monotonic_increasing
+    assert (folder / "out" / "surfaces.csv").exists()
+
+
+def test_only_the_city_may_differ(before, folder):
+    other = before.with_weather("clear-sky", losses=3.0, year=2019)
+    with pytest.raises(citypv.InputError, match=r"differ in the hours, --year, --losses; compute both with the same"):
+        citypv.compare(before, other)
