@@ -14,7 +14,7 @@ from ..results.write_summary import write_summary
 MOST_ROWS = 200  # of the page's table
 CAPTIONS = {
     "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
-    "errors, new, or without modules. North is up.",
+    "errors, or without modules; outlined in black: new. North is up.",
     "facade": "Facades as lines: change of the full load hours, in the colours above.",
 }
 STATES = {

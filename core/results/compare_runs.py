@@ -54,7 +54,7 @@ def compare_runs(before, after):
     gone = np.setdiff1d(np.arange(len(before.faces)), match[match >= 0])
     later, earlier = yields_of(after), yields_of(before)
     paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
-    texts = ["surface_id", "building_id", "kind", "orientation", "area"]
+    texts = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
     table = pd.concat([after.faces[texts], before.faces[texts].iloc[gone]], ignore_index=True)
     table.insert(2, "state", [EXISTING if row >= 0 else NEW for row in match] + [GONE] * len(gone))
     none = pd.DataFrame(np.nan, index=range(len(gone)), columns=later.columns)

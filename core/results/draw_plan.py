@@ -66,7 +66,10 @@ def draw_change(surfaces, outlines, show):
     most = max(map(abs, choose_range(change[sure].to_numpy(), faces["area"][sure].to_numpy()))) if sure.any() else 1.0
     colours = LinearSegmentedColormap.from_list("change", [f"#{stop}" for stop in DIVERGING.split()])
     look = {"cmap": colours, "clim": (-most, most)}
-    return draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
+    figure = draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
+    new = rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new")))
+    figure.axes[0].add_collection(shade_areas(outlines, new, facecolor="none", edgecolor="black", linewidth=1.2))
+    return figure
 
 
 def draw_surfaces(faces, outlines, values, show, look):
