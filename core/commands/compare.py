@@ -1,14 +1,13 @@
 """`citypv compare`: who gains and who loses between two states of a city, as tables, sums and a page with maps."""
 
 import importlib.util
-from html import escape
 
 import numpy as np
 
 from ..results.compare_runs import EXISTING, compare_runs
 from ..results.output_folder import whole_folder
 from ..results.read_results import read_results
-from ..results.write_report import PAGE, paragraph, picture, section, table
+from ..results.write_report import fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
 
 MOST_ROWS = 200  # of the page's table
@@ -118,8 +117,7 @@ def compose_page(found, outlines):
             paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
         ),
     ]
-    title = escape(f"Comparison: {summary['before']} and {summary['after']}")
-    return PAGE.substitute(title=title, body="\n".join(filter(None, body)))
+    return fill_page(f"Comparison: {summary['before']} and {summary['after']}", "\n".join(filter(None, body)))
 
 
 def numbers_of(one):

@@ -96,21 +96,24 @@ def write_report(folder, results):
 
 def compose_page(results):
     """The whole page: str."""
-    data = pack_city(results)
+    data, title = pack_city(results), f"Solar potential: {results.name}"
     if len(data) > MOST_DATA:
         words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)
-        city, names = paragraph(words, "warning"), ()
-    else:
-        city, names = read_web("viewer.html"), ("three.js", "viewer.js")
-    codes, style = [read_web(name) for name in names], read_web("page.css") + read_web("viewer.css")
-    scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if names else []
-    allowed = " ".join(map(hash_source, codes)) or "'none'"
+        return fill_page(title, compose_body(results, paragraph(words, "warning")))
+    return fill_page(title, compose_body(results, read_web("viewer.html")), data)
+
+
+def fill_page(title, body, data=""):
+    """A page that may load nothing, and run nothing but the 3D view, where there is `data` of `pack_city`: str."""
+    codes = [read_web(name) for name in ("three.js", "viewer.js")] if data else []
+    scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
+    style, allowed = read_web("page.css") + read_web("viewer.css"), " ".join(map(hash_source, codes)) or "'none'"
     return Template(read_web("page.html")).substitute(
         policy=f"default-src 'none'; script-src {allowed}; style-src {hash_source(style)}; img-src data:; "
         "base-uri 'none'; form-action 'none'",
-        title=escape(f"Solar potential: {results.name}"),
+        title=escape(title),
         style=style,
-        body=compose_body(results, city),
+        body=body,
         scripts="\n".join([*scripts, *(f"<script>{code}</script>" for code in codes)]),
     )
 
