@@ -16,6 +16,7 @@ from .draw_world_maps import (
     draw_world_map,
     edges,
     join_at_date_line,
+    mark_latitudes,
     nearest_place,
     own_groups,
     title_of_group,
@@ -46,7 +47,7 @@ def draw_world_months(dataset):
     matplotlib.figure.Figure or None
         None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
     """
-    environment = choose_environment(dataset, unshaded=False)
+    environment = choose_environment(dataset)
     values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
     east = (values["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
     values = values.isel(longitude=int(np.abs(east).argmin()))
@@ -92,7 +93,7 @@ def draw_panel(axes, values, top):
         np.arange(0.5, 13), edges(latitude), table, cmap=colour_scale("viridis"), vmin=0, vmax=top, rasterized=True
     )
     axes.set_xticks(np.arange(1, 13), [name[0] for name in MONTHS], fontsize=9)
-    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    mark_latitudes(axes)
     axes.grid(visible=False)
     return mesh
 

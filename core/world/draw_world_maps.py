@@ -22,17 +22,16 @@ WIDE = 10.0  # [inch] of a picture of the world
 PLACES = ("latitude", "longitude")
 MERIDIAN = 10.0  # [°] of the paper's figures 8 and 9
 
-MAP_GROUP = "facade_south"
+TOWARDS_EQUATOR = ("facade_south", "facade_north")  # in the north, in the south
 GAIN_GROUPS = ("facade_south", "facade_east")
 STYLES = ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 COLOURS = [look["color"] for look in LINES.values()]
 
 
-def choose_environment(dataset, *, unshaded):
-    """Name of the environment that a picture shows: the unshaded one, or the first traced one."""
+def choose_environment(dataset):
+    """Name of the environment that a picture shows: the first traced one, else the unshaded one."""
     names = dataset["environment"].to_numpy().tolist()
-    wanted = [name for name in names if (name == UNSHADED) == unshaded]
-    return (wanted or names)[0]
+    return next((name for name in names if name != UNSHADED), names[0])
 
 
 def own_groups(values, environment):
@@ -40,6 +39,31 @@ def own_groups(values, environment):
     known = np.isfinite(values.sel(environment=environment)).any([name for name in PLACES if name in values.dims])
     further = [name for name in known.dims if name != "group"]
     return values["group"].to_numpy()[known.any(further).to_numpy()].tolist()
+
+
+def map_of(values, environment):
+    """What a map of an environment shows, and its title: facades that face the equator, else the first group it has.
+
+    Parameters
+    ----------
+    values : xarray.DataArray
+        latitude × longitude × environment × group.
+    environment : str
+
+    Returns
+    -------
+    xarray.DataArray, latitude × longitude
+    str
+    """
+    names, north = own_groups(values, environment), values["latitude"] >= 0
+    sides = [side for side, there in zip(TOWARDS_EQUATOR, (north.any(), not north.all()), strict=True) if there]
+    own = values.sel(environment=environment)
+    if not set(sides) <= set(names):
+        group = next(iter([*names, *sides]))
+        return own.sel(group=group), f"{title_of_group(group)}, {environment}"
+    title = title_of_group(sides[0]) if len(sides) == 1 else "Facades towards the equator"
+    south, north_facing = (own.sel(group=side, drop=True) for side in (sides[0], sides[-1]))
+    return south.where(north, north_facing), f"{title}, {environment}"
 
 
 def title_of_group(group):
@@ -108,7 +132,7 @@ def draw_map(axes, values, **style):
     axes.set_aspect("equal")
     axes.grid(visible=False)
     axes.xaxis.set_major_formatter(lambda value, _: write_longitude(value))
-    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    mark_latitudes(axes)
     aspect = shape_of_map(values)
     axes.locator_params(axis="x", nbins=int(np.clip(round(3 * aspect), 1, 7)))
     axes.locator_params(axis="y", nbins=int(np.clip(round(16 / aspect), 2, 7)))
@@ -155,6 +179,11 @@ def write_degrees(value, positive, negative):
     return f"{abs(value):g}°{positive if value > 0 else negative if value < 0 else ''}"
 
 
+def mark_latitudes(axes):
+    """Write the upward axis of a picture as latitudes."""
+    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+
+
 def write_longitude(value):
     """190.0 -> 170°W."""
     east = (value + 180.0) % 360.0 - 180.0
@@ -170,9 +199,7 @@ def describe_source(dataset, width=10.0):
 
 
 def draw_world_map(dataset):
-    """Draw full load hours of one group, south facades if there are any, in one environment.
-
-    It is the unshaded one, as in the paper, else the first.
+    """Draw full load hours of facades towards the equator: a map for each environment, with one scale.
 
     Parameters
     ----------
@@ -186,23 +213,26 @@ def draw_world_map(dataset):
     """
     if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
         return None
-    environment = choose_environment(dataset, unshaded=True)
-    names = own_groups(dataset["full_load_hours"], environment)
-    group = MAP_GROUP if MAP_GROUP in names or not names else names[0]
-    values = dataset["full_load_hours"].sel(environment=environment, group=group)
-    width = min(WIDE, max(3.8, 3.7 * shape_of_map(values) + 1.8))  # [inch]
-    figure = make_figure(width, 4.5)
-    axes = figure.subplots()
-    areas = np.cos(np.radians(values["latitude"].to_numpy()))[:, None] * np.ones(values.shape)
-    low, high = choose_range(values.to_numpy().ravel(), areas.ravel())
-    mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
+    maps = [map_of(dataset["full_load_hours"], name) for name in dataset["environment"].to_numpy()]
+    columns = 1 if len(maps) < 3 else 2
+    rows = -(-len(maps) // columns)
+    width = min(WIDE, max(3.8, 3.7 * shape_of_map(dataset) + 1.8))  # [inch] of one map
+    figure = make_figure(width * (1 + 0.7 * (columns - 1)), 4.3 * rows + 0.2)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    shown = np.stack([values.to_numpy() for values, _ in maps])
+    areas = np.cos(np.radians(dataset["latitude"].to_numpy()))[:, None] * np.ones(shown.shape)
+    low, high = choose_range(shown.ravel(), areas.ravel())
     clear = (dataset["weather"] == CLEAR).to_numpy()
-    if clear.any() and not clear.all():
-        east, north = dataset["longitude"], dataset["latitude"]
-        axes.contourf(east, north, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
-        axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
-    axes.set_title(f"{title_of_group(group)}, {environment}")
-    bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="both", pad=0.015)
+    for axes, (values, title) in zip(panels, maps, strict=False):
+        mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
+        axes.set_title(title)
+        if clear.any() and not clear.all():
+            east, north = dataset["longitude"], dataset["latitude"]
+            axes.contourf(east, north, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
+            axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
+    for axes in panels[len(maps) :]:
+        axes.set_axis_off()
+    bar = figure.colorbar(mesh, ax=panels.tolist(), shrink=0.75 / rows**0.5, extend="both", pad=0.015)
     bar.set_label("Full load hours in a year [h]")
     figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
@@ -215,7 +245,7 @@ def find_gain(dataset):
 
 
 def draw_world_gain(dataset):
-    """Draw the gain of each environment by latitude, and the map of the unshaded one.
+    """Draw the gain of each environment by latitude, and the map of the first traced one.
 
     Parameters
     ----------
@@ -242,17 +272,14 @@ def draw_world_gain(dataset):
             label = f"{name}, {title_of_group(group).split()[0].lower()}"
             profile.plot(line, gain["latitude"], linestyle=style, color=look, label=label)
     profile.set_xlabel("Gain, mean along the parallel [%]")
-    profile.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    mark_latitudes(profile)
     profile.set_xlim(left=0)
     profile.set_title("Facades")
     profile.legend(fontsize=8, loc="best")
-    environment = choose_environment(dataset, unshaded=True)
-    names = own_groups(dataset["full_load_hours"], environment)
-    group = MAP_GROUP if MAP_GROUP in names or not names else names[0]
-    values = find_gain(dataset).sel(environment=environment, group=group)
+    values, title = map_of(find_gain(dataset), choose_environment(dataset))
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
-    axes.set_title(f"{title_of_group(group)}, {environment}")
+    axes.set_title(title)
     bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015)
     bar.set_label("Full load hours gained by reflected light [%]")
     figure.supxlabel(describe_source(dataset, width), fontsize=8)

@@ -18,6 +18,7 @@ from citypv.core.world.draw_world_maps import (
     edges,
     find_gain,
     join_at_date_line,
+    map_of,
     nearest_place,
     read_coast,
     write_degrees,
@@ -146,6 +147,25 @@ def test_a_region_across_the_date_line_is_one_piece(folder):
     for longitude in ([-180.0, -60, 60], [0.0, 10, 20], [-30.0, 0, 20]):
         whole = grid.assign_coords(longitude=longitude)
         assert join_at_date_line(whole)["longitude"].to_numpy().tolist() == longitude
+
+
+def test_every_environment_has_a_map_of_what_faces_the_equator(folder):
+    """South facades in the north and north ones in the south; each environment that was asked for, with its title."""
+    with xr.open_dataset(folder / "world.nc") as dataset:
+        grid = dataset.load()
+    hours = grid["full_load_hours"]
+    *panels, scale = draw_world_map(grid).axes
+    titles = [axes.get_title() for axes in panels if axes.axison]
+    assert titles == [f"Facades towards the equator, {name}" for name in ("city", "unshaded", "mix")]
+    shown = panels[1].collections[0].get_array().reshape(7, 3)
+    for latitude, row in zip(grid["latitude"].to_numpy(), shown, strict=True):
+        side = "facade_north" if latitude < 0 else "facade_south"
+        np.testing.assert_allclose(row, hours.sel(environment="unshaded", group=side, latitude=latitude))
+    assert scale.get_ylabel() == "Full load hours in a year [h]"
+    north, _ = map_of(hours.sel(latitude=slice(20, 80)).drop_sel(group="facade_north"), "city")
+    np.testing.assert_array_equal(north, hours.sel(environment="city", group="facade_south", latitude=slice(20, 80)))
+    roofs = hours.sel(group=["roof_east", "roof_south"])
+    assert map_of(roofs, "city")[1] == "East roofs, city"
 
 
 def test_groups_that_an_environment_lacks_have_no_panel(folder):
