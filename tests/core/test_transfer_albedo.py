@@ -9,7 +9,7 @@ from citypv.core.light.sun_sampling_error import take_surfaces
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.results.transfer_file import SUMS, read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -66,7 +66,7 @@ def test_files_of_before_are_still_read(tmp_path):
     write_transfer(tmp_path / "transfer.nc", trace(tmp_path))
     with xr.load_dataset(tmp_path / "transfer.nc") as dataset:
         old = dataset.drop_vars(["albedo", "material"])
-        del old.attrs["albedos"]
+        del old.attrs["albedos"], old.attrs[SUMS]
         old.to_netcdf(tmp_path / "old.nc")
         spoilt = {"half": dataset.drop_vars("material"), "garbled": dataset.assign_attrs(albedos="[")}
         spoilt["turned"] = dataset.assign(albedo=("sun", [0.1, 0.2]))

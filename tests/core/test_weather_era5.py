@@ -92,7 +92,7 @@ def test_era5_without_a_variable_or_with_another_unit(tmp_path):
 
     # Joules that are called watts.
     watts = save_era5(tmp_path / "b.nc", lambda dataset: spell(dataset, {"ssrd": "W m**-2"}))
-    refuse(watts, "ghi", "times 1/3600")
+    refuse(watts, "ssrd", "times 1/3600")
     refuse(save_era5(tmp_path / "m.nc", lambda dataset: spell(dataset, {"u10": "mph"})), "u10", "mph")
     refuse(save_era5(tmp_path / "c.nc", lambda dataset: dataset.isel(time=slice(0, 4000))), "full years")
     refuse(save_era5(tmp_path / "d.nc", lambda dataset: dataset.drop_isel(time=[1000, 1001])), "gap", "2017-02-11")
