@@ -77,8 +77,9 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize("longitude", [5.0, 7.5, -105.0, 179.9])
-@pytest.mark.parametrize("latitude", [-33.4, 52.5, 80.0])
+@pytest.mark.parametrize(
+    ("latitude", "longitude"), [(-33.4, 5.0), (52.5, 7.5), (80.0, -105.0), (-33.4, 179.9), (52.5, -105.0), (80.0, 7.5)]
+)
 def test_traced_elsewhere_on_the_latitude(latitude, longitude):
     """The suns of one longitude, hour by hour, serve the hours of another."""
     suns = choose_suns("days:24", year_of(), HOUR, latitude, 0.0)

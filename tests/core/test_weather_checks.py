@@ -118,8 +118,7 @@ def test_weather_of_new_york_used_for_berlin(tmp_path):
     assert (weather.latitude, weather.longitude) == (40.65, -73.8)
 
 
-@pytest.mark.parametrize("path", [BARROW, PVGIS, TMY3, STOCKHOLM], ids=lambda path: path.name[:12])
-@pytest.mark.parametrize("shift", [-60, 45])
+@pytest.mark.parametrize(("path", "shift"), [(BARROW, -60), (PVGIS, 45), (TMY3, -60), (STOCKHOLM, 45)])
 def test_direct_and_diffuse_light_of_another_time(tmp_path, path, shift):
     """GHI follows from the two and the sun, whatever its time: each shift is tried with a sun of its own."""
     right = read_weather(path, *BERLIN)

@@ -64,7 +64,7 @@ def test_what_stands_is_dark_below_for_both(floor):
     """Up to half a metre is how inaccurately houses are drawn on the ground: nothing passes below them."""
     scene = scene_of(house(floor), plain=[*BELOW, *AROUND])
     assert scene.footprint[scene.triangle_surface == 6].all()
-    gather, stated, forward, error = both_estimators(scene)
+    gather, stated, forward, error = both_estimators(scene, photons=250)
     assert not gather[:, 6].any() and not forward[:, 6].any()
     assert (np.abs(gather - forward)[:, 7:] < 4.5 * np.hypot(stated, error)[:, 7:] + 1e-3).all()
 
