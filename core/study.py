@@ -126,10 +126,10 @@ def stand_city(city, request, report_share=ignore_share, site=None):
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, site),
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site),
         report_share=report_share,
     )
-    return lay_racks(scene, city, racks, request.patch_size) if racks else scene
+    return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
 
 
 def read_year(site, request, suns=None):

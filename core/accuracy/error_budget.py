@@ -3,6 +3,7 @@
 import numpy as np
 import pvlib
 
+from ..city.classify import ORIENTATIONS, SECTOR
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
 from ..sun.sky_models import split_sky
 from .refine import rounds_needed
@@ -16,8 +17,8 @@ WHAT = {  # source -> what its number is
     "far_ground": "bound: what was left out of the light of the far ground",
     "sky_model": "for information: an unshaded plane of this kind under the Perez sky, over the isotropic one",
 }
-TILTS = {"facade": 90.0, "roof": 35.0, "rack": 10.0}
-AZIMUTHS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+TILTS = {"facade": 90.0, "roof": 35.0, "steep": 75.0, "rack": 10.0}
+AZIMUTHS = {name: SECTOR * number for number, name in enumerate(ORIENTATIONS)}
 
 
 def budget_groups(transfer, weather, energy, bounces):

@@ -14,6 +14,7 @@ from .polygons import clean_rings, measure_polygons, starts_of
 from .repair_polygons import Draft, repair_polygons
 
 ORIENTS = ("auto", "as-drawn")
+SHAPELESS = "building without "  # begins the reasons why a building was left out
 
 
 def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_share):
@@ -160,8 +161,8 @@ def _choose(contents, wanted, report):
         choice = [choose_lod(of_building, wanted) for of_building in lods]
         for of_building, lod, name in zip(lods, choice, content.buildings, strict=True):
             if lod is None:
-                reason = f"building without LoD {wanted}" if of_building and wanted else "building without a shape"
-                report.skip(reason, [name])
+                missing = f"LoD {wanted}" if of_building and wanted else "a 3D shape"
+                report.skip(f"{SHAPELESS}{missing}: casts no shadow, has no results", [name])
         kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods()]
         for polygon in kept:
             polygon.lod, polygon.more_lods = choice[polygon.building], ()

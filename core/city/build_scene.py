@@ -36,6 +36,7 @@ class SceneOptions:
     terrain: Terrain | None = None  # in the city's coordinate reference system; takes the place of any other ground
     grid_size: float | None = None  # [m] side of the cells that large polygons are split into, rows ``id#k``
     ground_albedo: float = 0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    sectors: str = "8"  # of `classify`
     site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
 
 
@@ -93,7 +94,7 @@ def build_scene(
         latitude_there, longitude_there, convergence = locate_site(city.crs, origin, latitude, longitude)
         site = Site(latitude_there, longitude_there, origin[2], convergence, city.crs, origin)
     points = bring_to_origin(city.points, site)
-    surfaces = _describe(city, points, whole_area)
+    surfaces = _describe(city, points, whole_area, options.sectors)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
@@ -136,11 +137,11 @@ def merge_vertices(points, triangles):
     return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
 
 
-def _describe(city, points, whole_area):
+def _describe(city, points, whole_area, sectors):
     area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
     surface_tilt, surface_azimuth = measure_tilt(normal)
     # A cell is eligible if the polygon it was cut from is.
-    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic)
+    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic, sectors)
     return Surfaces(
         surface_id=city.surface_id,
         building_id=city.building_id,

@@ -8,8 +8,12 @@ from .polygons import polygon_bounds
 
 SMALLEST_ELIGIBLE_AREA = 6.25  # [m²]
 TOLERANCE = 1e-6  # [°] on every bound
-WINDOW = 30.0  # [°] either side of north, east, south, west
-ORIENTATIONS = ("north", "east", "south", "west")
+ORIENTATIONS = ("north", "northeast", "east", "southeast", "south", "southwest", "west", "northwest")
+SECTOR = 45.0  # [°] of azimuth that an orientation stands for
+PAPER = "paper"  # its sectors: WINDOW [°] either side of north, east, south, west
+WINDOW = 30.0
+INCLINED = ("facade", "roof", "steep")  # kinds that face somewhere
+BEARING = (*INCLINED, "flat")  # kinds that may carry modules
 
 
 def measure_tilt(normal):
@@ -36,11 +40,12 @@ def measure_tilt(normal):
     return surface_tilt, surface_azimuth
 
 
-def classify(area, surface_tilt, surface_azimuth, thematic):
-    """Kind, orientation and eligibility of surfaces, as selected by Bredemeier et al., CityPV.
+def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
+    """Kind, orientation and eligibility of surfaces.
 
-    Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°; both need 6.25 m² and an azimuth
-    within 30° of a cardinal direction. All other surfaces get a kind too, since they shade and reflect.
+    Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°, steep roofs between both, flat
+    roofs below. All of them are eligible from 6.25 m². With the paper's sectors facades and roofs alone are, and within
+    30° of a cardinal direction (Bredemeier et al., CityPV). Other surfaces get a kind too: they shade and reflect.
 
     Parameters
     ----------
@@ -48,13 +53,15 @@ def classify(area, surface_tilt, surface_azimuth, thematic):
     surface_tilt, surface_azimuth : array, (n,) float64 [°]
     thematic : sequence of str, (n,)
         Class in the file: WallSurface, …, TINRelief for terrain, or "".
+    sectors : {'8', 'paper'}
+        Eight of 45°, so that each azimuth has one, a bound that of the sector before it; or those of the paper.
 
     Returns
     -------
     kind : array, (n,) str
         facade, roof, flat, steep, downward or ground.
     orientation : array, (n,) str
-        north, east, south, west or none.
+        One of `ORIENTATIONS`, or none.
     eligible : array, (n,) bool
     """
     count = len(thematic)
@@ -73,17 +80,15 @@ def classify(area, surface_tilt, surface_azimuth, thematic):
         ["ground", "downward", "facade", "steep", "roof"],
         default="flat",
     )
-    orientation = np.full(len(tilt), "none", dtype="<U5")
-    faces_somewhere = np.isin(kind, ["facade", "roof", "steep"])
-    for number, name in enumerate(ORIENTATIONS):
-        off = np.abs((np.asarray(surface_azimuth) - 90.0 * number + 180.0) % 360.0 - 180.0)
-        orientation[faces_somewhere & (off <= WINDOW + TOLERANCE)] = name
-    eligible = (
-        np.isin(kind, ["facade", "roof"])
-        & (np.asarray(area) >= SMALLEST_ELIGIBLE_AREA)
-        & (orientation != "none")
-        & (thematic != "ClosureSurface")
-    )
+    step = 2 * SECTOR if sectors == PAPER else SECTOR
+    sector = np.ceil((surface_azimuth - TOLERANCE) / step - 0.5)
+    orientation = np.array(ORIENTATIONS)[(sector * step / SECTOR).astype(int) % len(ORIENTATIONS)]
+    facing, eligible = np.isin(kind, INCLINED), np.isin(kind, BEARING)
+    if sectors == PAPER:
+        facing &= np.abs(surface_azimuth - sector * step) <= WINDOW + TOLERANCE
+        eligible = np.isin(kind, ["facade", "roof"]) & facing
+    orientation[~facing] = "none"
+    eligible &= (np.asarray(area) >= SMALLEST_ELIGIBLE_AREA) & (thematic != "ClosureSurface")
     return kind, orientation, eligible
 
 

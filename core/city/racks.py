@@ -21,6 +21,7 @@ from .refine import refine_triangles
 from .scene import Surfaces, append_triangles
 
 RACK = "rack"  # the kind
+LEVEL = 1e-6  # [°] of tilt, up to which a rack faces nowhere
 MARK = "/rack"  # in names, between that of the roof and a number
 OPTION = "--racks"
 PAIRS = "east-west"
@@ -128,7 +129,7 @@ def find_racked_roofs(surface_id, kind):
     return np.array([name in roofs or whole_of_cell(name) in roofs for name in surface_id])
 
 
-def lay_racks(scene, city, racks, patch_size=None):
+def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     """Scene with rows of modules on its flat roofs.
 
     Rows become surfaces behind all others, called ``id/rack1``, ``id/rack2``, … after their roof; they are eligible
@@ -142,6 +143,8 @@ def lay_racks(scene, city, racks, patch_size=None):
     racks : Racks
     patch_size : float, optional
         [m] As of `build_scene`.
+    sectors : str
+        As of `classify`.
 
     Returns
     -------
@@ -163,7 +166,7 @@ def lay_racks(scene, city, racks, patch_size=None):
         fronts.append(found)
         roof_of_row += [roof] * len(found)
     fronts = np.round(np.concatenate(fronts), MICROMETRE)
-    rows = describe_rows(city, fronts, roof_of_row)
+    rows = describe_rows(city, fronts, roof_of_row, sectors)
     scene.report.notes.append(
         f"{len(rows):,} racks, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of {len(roofs):,} "
         f"flat roofs of {racks.area:g} m² or more"
@@ -185,16 +188,13 @@ def find_flat_roofs(scene, city, least):
     return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]
 
 
-def describe_rows(city, fronts, roof_of_row):
+def describe_rows(city, fronts, roof_of_row, sectors):
     """Surfaces of rows, (k, 4, 3) [m]: Surfaces."""
     count = len(fronts)
     normal = np.cross(fronts[:, 1] - fronts[:, 0], fronts[:, 3] - fronts[:, 0])
     area = np.linalg.norm(normal, axis=1)
     normal /= area[:, None]
     tilt, azimuth = measure_tilt(normal)
-    # Kind and eligibility are those of a rack, however steep or small it is; only the orientation is asked for.
-    orientation = classify(area, np.full(count, 30.0), azimuth, [RACK] * count)[1]
-    orientation[tilt < 1e-6] = "none"
     number, names = Counter(), []
     for roof in roof_of_row:
         number[roof] += 1
@@ -204,7 +204,7 @@ def describe_rows(city, fronts, roof_of_row):
         building_id=[city.building_id[roof] for roof in roof_of_row],
         thematic=[""] * count,
         kind=np.full(count, RACK),
-        orientation=orientation,
+        orientation=orient_racks(tilt, azimuth, sectors),
         eligible=np.ones(count, bool),
         area=area,
         surface_tilt=tilt,
@@ -212,6 +212,12 @@ def describe_rows(city, fronts, roof_of_row):
         normal=normal,
         material=[""] * count,
     )
+
+
+def orient_racks(tilt, azimuth, sectors):
+    """Orientation of racks, (k,) str: that of a roof, however steep or small they are; none of level ones."""
+    count = len(tilt)
+    return classify(np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors)[1]
 
 
 def join_surfaces(first, second):

@@ -7,6 +7,7 @@ from ..settings.request import declared_settings, option_of
 
 TITLES = {
     "city": "the city",
+    "surfaces": "the surfaces that count",
     "weather": "the weather",
     "electricity": "the modules, and the area that counts",
     "light": "the light",
@@ -33,7 +34,7 @@ def add_options(parser, *groups, hidden=()):
     ----------
     parser : argparse.ArgumentParser
     *groups : str
-        Names of groups: city, weather, electricity, light, sky, effects, run.
+        Names of groups: city, surfaces, weather, electricity, light, sky, effects, run.
     hidden : tuple of str
         Settings that the help does not list, since they are refused.
     """
@@ -176,7 +177,7 @@ def add_cluster(parser, *, tiles=False):
 def add_city(parser):
     """Input files, and options for reading them."""
     parser.add_argument("city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them")
-    add_options(parser, "city")
+    add_options(parser, "city", "surfaces")
 
 
 def add_output(parser):

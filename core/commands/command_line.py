@@ -122,7 +122,7 @@ def build_parser():
     again = commands.add_parser("yield", help="compute the yield of a transfer.nc with other weather or modules")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
-    add_options(again, "weather", "electricity", "sky", "effects", "run")
+    add_options(again, "surfaces", "weather", "electricity", "sky", "effects", "run")
     again.set_defaults(run=run_yield)
     plot = commands.add_parser("plot", help="draw the results of a folder: report.html, or the maps of a world")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")

@@ -21,7 +21,7 @@ from ..settings.progress import silent
 from ..settings.request import declared_settings
 from .choose_settings import cluster_settings, free_settings, request_of_settings
 
-LIGHT_FREE = ("electricity", "sky")  # groups of settings that another weather leaves as they are
+LIGHT_FREE = ("surfaces", "electricity", "sky")  # groups of settings that another weather leaves as they are
 
 
 class Result:
@@ -256,7 +256,7 @@ def inspect(city, **settings):
     from .inspect_city import inspect_city
 
     paths = [city] if isinstance(city, str | os.PathLike) else list(city)
-    return inspect_city(paths, request_of_settings(settings, "city"))
+    return inspect_city(paths, request_of_settings(settings, "city", "surfaces"))
 
 
 def world(environments, *, out=None, overwrite=False, cluster=None, progress=silent, **settings):

@@ -5,6 +5,7 @@ import sys
 import time
 
 from ..city.scene import surface_of_triangles
+from ..settings.errors import count_of
 from ..settings.progress import Clock, TerminalProgress, silent
 from ..weather.weather import describe_distance
 
@@ -48,15 +49,21 @@ def print_output(text):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def report_outcome(log, folder, energy):
-    """Report the groups' full load hours, and the folder of the results."""
+def report_outcome(log, folder, energy, totals):
+    """Report the groups' full load hours, the totals (of summary.json) and the folder of the results."""
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
     for (kind, orientation), full_load_hours, count, area in groups:
-        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count:,} surfaces, {area:,.0f} m²")
+        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²")
     if not len(energy.groups):
         log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
+    for name, one in {"all": totals, **totals["kinds"]}.items():
+        if one["eligible_area"] > 0:
+            power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
+            log.write(f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, {power}")
+    for reason, one in totals["without_modules"].items():
+        log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
     log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
 
 
@@ -96,12 +103,13 @@ def describe_scene(scene):
     report, site = scene.report, scene.site
     kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
     lines = [
-        f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
+        f"{count_of(report.building_count, 'building')}, {count_of(report.part_count, 'part')}, "
+        f"{count_of(len(scene.surfaces), 'surface')}: {kinds}",
         f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
         f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
     ]
-    lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
-    lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
+    lines += [f"skipped {len(ids):,}: {reason}" for reason, ids in report.skipped.items()]
+    lines += [f"repaired {count_of(len(ids), 'surface')}: {reason}" for reason, ids in report.repaired.items()]
     return lines + list(report.notes)
 
 

@@ -16,6 +16,7 @@ from ..cluster.run_tasks import drop_kept, keeping, kept_beside
 from ..cluster.trace_part import bound_hours
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
+from ..energy.counted_area import classify_again
 from ..energy.pv_system import ELECTRIC, build_system
 from ..light.kept_matrix import is_on_disk
 from ..light.prepare_scene import build_tree
@@ -140,10 +141,10 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
             output.draw(work, scene, transfer, energy, weather.label)
             log.clock.lap("Blender")
         results = Results(city, scene, transfer, energy, weather)
-        write_run(work, results, request, log, tiles)
+        totals = write_run(work, results, request, log, tiles)
         write_exports(work, results, request, output.exports, log.progress)
     drop_kept(folder, cluster)
-    report_outcome(log, folder, energy)
+    report_outcome(log, folder, energy, totals)
     log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
     return describe_interruption(transfer.record)
 
@@ -209,7 +210,13 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         if key not in (*ELECTRIC, *implied):
             raise InputError("--effects", f"{key} was decided when the city was traced", f"use {', '.join(ELECTRIC)}")
     with whole_folder(folder, overwrite) as work:
-        transfer = read_transfer(transfer_path)
+        stored = read_transfer(transfer_path)
+        transfer = classify_again(stored, request.sectors)
+        if transfer is not stored:
+            log.write(
+                f"Surfaces are classified again for --sectors {request.sectors}. Those that did not count when they"
+            )
+            log.write("  were traced may have a quarter of the rays, and larger errors")
         for note in transfer.notes:
             log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:
@@ -218,8 +225,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_energy(work, transfer, weather, request, log)
-        write_run(work, Results(None, None, transfer, energy, weather), request, log)
-    report_outcome(log, folder, energy)
+        totals = write_run(work, Results(None, None, transfer, energy, weather), request, log)
+    report_outcome(log, folder, energy, totals)
 
 
 def write_energy(work, transfer, weather, request, log, *, keep=True):
@@ -238,7 +245,7 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
 
 
 def write_run(work, results, request, log, tiles=None):
-    """Measure what effects of the modules and the sky's model change, and write summary.json."""
+    """Measure what effects of the modules and the sky's model change, and write summary.json: its totals."""
     _, scene, transfer, energy, weather = results
     system = build_system(request)
     shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
@@ -252,6 +259,7 @@ def write_run(work, results, request, log, tiles=None):
         summary["tiles"] = state_bound(tiles, transfer, energy, weather)
         log.write(f"  {describe_bound(summary['tiles'])}")
     write_summary(work / "summary.json", summary)
+    return summary["totals"]
 
 
 def write_exports(work, results, request, exports, progress=silent):

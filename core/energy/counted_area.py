@@ -1,15 +1,18 @@
-"""Which surfaces carry modules, on how much of their area, and in which group of kind and orientation they count."""
+"""Which surfaces carry modules, on how much of their area, in which group they count, and why others carry none."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from ..city.classify import SMALLEST_ELIGIBLE_AREA, classify
-from ..city.racks import find_racked_roofs
+from ..city.city import number_names, whole_of_cell
+from ..city.classify import ORIENTATIONS, PAPER, SMALLEST_ELIGIBLE_AREA, classify
+from ..city.find_twins import find_twins
+from ..city.racks import RACK, find_racked_roofs, orient_racks
+from .pv_system import KINDS
 
-KINDS = ("facade", "roof", "rack")  # of groups, in this order
-ORIENTATIONS = ("north", "east", "south", "west")
 MOST_COVERED = 0.5  # share of a surface: if more of it is covered, it lies inside and carries no modules
+GROUND, COVERED = "ground, or under a building", "covered by a neighbour, or inside a building"  # without modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
@@ -20,7 +23,7 @@ class CountedArea:
     kind: np.ndarray  # (n,) str; facade also where overhangs count as such
     orientation: np.ndarray  # (n,) str
     eligible: np.ndarray  # (n,) bool
-    flat_roof: np.ndarray  # (n,) bool: would be eligible, were it not level; without racks, not among the eligible
+    flat_roof: np.ndarray  # (n,) bool: without racks; with the paper's sectors not among the eligible
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings
     counted_area: np.ndarray  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
     module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
@@ -33,7 +36,7 @@ def find_counted_area(transfer, system):
     ----------
     transfer : Transfer
     system : PvSystem
-        Its settings `hidden_walls`, `overhangs` and `usable` are used.
+        Its settings `hidden_walls`, `overhangs`, `sectors` (of overhangs) and `usable` are used.
 
     Returns
     -------
@@ -45,13 +48,15 @@ def find_counted_area(transfer, system):
         tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
         chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
         upright, azimuth = np.full(len(chosen), 90.0), surfaces.surface_azimuth[chosen]
-        found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen])
-        kind[chosen], orientation[chosen], eligible[chosen] = found
+        found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen], system.sectors)
+        kind, orientation, eligible = map(partial(put_at, chosen), (kind, orientation, eligible), found)
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     open_area = area * (1.0 - np.minimum(covered, 1.0))
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
     carries_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
-    flat_roof = (kind == "flat") & ~eligible & (area >= SMALLEST_ELIGIBLE_AREA) & ~closure & ~carries_racks
+    eligible &= ~carries_racks
+    flat_roof = (kind == "flat") & ~closure & ~carries_racks
+    flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
     if system.hidden_walls == "leave-out":
         eligible &= covered <= MOST_COVERED
         flat_roof &= covered <= MOST_COVERED
@@ -61,6 +66,108 @@ def find_counted_area(transfer, system):
     counted_area = np.where(eligible | flat_roof, counted_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
+
+
+def put_at(rows, values, others):
+    """Values, (n,), with others in some rows; words are not cut to the length of those before."""
+    values = values.astype(np.promote_types(values.dtype, others.dtype))
+    values[rows] = others
+    return values
+
+
+def sum_left_out(transfer, system):
+    """Surfaces that carry no modules, and their area [m²], each under the first reason that holds.
+
+    With the counted area they add up to the area of all surfaces: covered parts of surfaces that carry modules are with
+    those that are covered.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    system : PvSystem
+
+    Returns
+    -------
+    dict of str to dict
+        Reason -> count, area.
+    """
+    surfaces, counted = transfer.surfaces, find_counted_area(transfer, system)
+    kind, thematic, area = counted.kind, np.asarray(surfaces.thematic, str), np.asarray(surfaces.area, float)
+    leaves = system.hidden_walls == "leave-out"
+    large, tilt = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.asarray(surfaces.surface_tilt)
+    upright = np.where(kind == "facade", 90.0, tilt)  # overhangs that count
+    facing = classify(large, upright, surfaces.surface_azimuth, thematic, system.sectors)[2]
+    reasons = {
+        GROUND: (kind == "ground") | (thematic == "GroundSurface"),
+        "closing a building towards its neighbour": thematic == "ClosureSurface",
+        "facing down": (kind == "downward") & (tilt >= STEEPEST_UNDERSIDE),
+        "leaning outward by more than 1°": kind == "downward",
+        "under racks": find_racked_roofs(surfaces.surface_id, surfaces.kind),
+        COVERED: leaves & (np.asarray(transfer.covered_share) > MOST_COVERED),
+        f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²": area < SMALLEST_ELIGIBLE_AREA,
+        "steep, flat, or more than 30° off a main direction": ~facing,
+        "drawn twice": np.ones(len(area), bool),
+    }
+    first = np.select(list(reasons.values()), list(reasons), default="")
+    carries = counted.eligible | counted.flat_roof
+    found = {}
+    for reason in reasons:
+        own = ~carries & (first == reason)
+        hidden = (area - counted.counted_area)[carries].sum() if reason == COVERED else 0.0
+        if own.any() or hidden > 0:
+            found[reason] = {"count": int(own.sum()), "area": float(area[own].sum() + hidden)}
+    return found
+
+
+def classify_again(transfer, sectors):
+    """The Transfer for other sectors than it was traced for: by tilt, azimuth and class, as those of its surfaces were.
+
+    Ground and racks stay what they are. Surfaces drawn twice are found by the outlines, where they were kept. Those
+    that become eligible may have been traced with a quarter of the rays, and keep their own errors.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of version 0.2.0, or with a record of its sectors.
+    sectors : str
+        As of `classify`.
+
+    Returns
+    -------
+    Transfer
+        The same object where it was traced for these sectors.
+    """
+    asked = transfer.record.request if transfer.record else {}
+    before = asked.get("sectors", PAPER)
+    if before == sectors:
+        return transfer
+    old, rack = transfer.surfaces, np.asarray(transfer.surfaces.kind) == RACK
+    area = np.asarray(old.area, float)
+    if asked.get("grid_size"):  # a cell is eligible if the polygon it was cut from is
+        whole = number_names([whole_of_cell(name) for name in old.surface_id])
+        area = np.bincount(whole, area)[whole]
+    shapes = area, old.surface_tilt, old.surface_azimuth, old.thematic
+    _, orientation, eligible = classify(*shapes, sectors)
+    ground = np.asarray(old.kind) == "ground"
+    orientation, eligible = np.where(ground, "none", orientation), eligible & ~ground
+    known = classify(*shapes, before)[2]
+    eligible = np.where(known, eligible & old.eligible, eligible & ~find_drawn_twice(transfer))
+    orientation = put_at(rack, orientation, orient_racks(old.surface_tilt[rack], old.surface_azimuth[rack], sectors))
+    surfaces = replace(old, orientation=orientation, eligible=eligible | rack)
+    return replace(transfer, surfaces=surfaces, bare=transfer.bare and replace(transfer.bare, surfaces=surfaces))
+
+
+def find_drawn_twice(transfer):
+    """Surfaces that lie on others which face the same way: (n,) bool; none where no outlines were kept."""
+    surfaces, outlines = transfer.surfaces, transfer.outlines
+    kind, twins = np.asarray(surfaces.kind), np.zeros(len(surfaces), bool)
+    if outlines is not None:
+        count = int((kind != RACK).sum())  # racks are last
+        start = outlines.surface_start[: count + 1]
+        shape = outlines.points.astype(float), outlines.ring_start[: start[-1] + 1], start
+        receiving = ~np.isin(kind[:count], ("ground", "downward"))
+        twins[:count] = find_twins(shape, surfaces.area[:count], surfaces.normal[:count], receiving)
+    return twins
 
 
 @dataclass
@@ -100,6 +207,6 @@ def find_groups(counted, area):
 
 
 def rank_group(pair):
-    """Facades before roofs and racks, then north, east, south, west; other names follow in the alphabet's order."""
+    """Kinds in their order, then orientations clockwise from north; other names follow in the alphabet's order."""
     kind, orientation = pair
     return [*KINDS, kind].index(kind), [*ORIENTATIONS, orientation].index(orientation), pair

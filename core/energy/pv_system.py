@@ -11,6 +11,8 @@ from functools import cache, lru_cache
 import numpy as np
 import pvlib
 
+from ..city.classify import BEARING
+from ..city.racks import RACK
 from ..settings.errors import InputError
 
 SANDIA, CEC = "SandiaMod", "CECMod"
@@ -38,7 +40,7 @@ AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitc
 STANDING = ("flat", "rack")  # on these kinds
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
-BEARING = ("facade", "roof", "flat", "rack")  # kinds that --usable may name
+KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
 MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
 
 
@@ -73,6 +75,7 @@ class PvSystem:
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: Inverter | None = None
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
+    sectors: str = "8"  # or paper: azimuths that count
     overhangs: bool = False  # whether walls that lean outward by more than 1° are facades, as in the paper
     usable: dict = field(default_factory=dict)  # kind -> share of its area without windows and edges
     aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
@@ -112,8 +115,8 @@ def build_system(request):
         If a usable share is invalid, or no module or inverter matches the name.
     """
     for kind, share in request.usable.items():
-        if kind not in BEARING:
-            raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(BEARING)}")
+        if kind not in KINDS:
+            raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(KINDS)}")
         if not 0 <= share <= 1:
             raise InputError("--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1")
     module = pick_module(request.module)
@@ -125,6 +128,7 @@ def build_system(request):
         losses=request.losses,
         inverter=pick_inverter(request.inverter, request.dc_ac_ratio) if request.inverter else None,
         hidden_walls=request.hidden_walls,
+        sectors=request.sectors,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
         **{key: request.effects.get(key, True) for key in ELECTRIC},

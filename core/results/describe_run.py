@@ -1,9 +1,13 @@
-"""What a run read, what it assumed and how sure it is, in words and as rows of a table."""
+"""What a run read, what it assumed, what it left out and how sure it is, in words and as rows of a table."""
 
 import math
 from pathlib import PurePath
 
+from ..city.assemble_city import SHAPELESS
+from ..energy.counted_area import GROUND
+from ..settings.errors import count_of
 from ..settings.request import declared_settings
+from ..settings.system_settings import SECTORS
 
 MOUNTINGS = {
     "auto": "near walls and pitched roofs, little air behind the modules; on open racks on flat roofs",
@@ -30,12 +34,14 @@ KINDS = {
     "facade": "Facades (upright within 1°)",
     "roof": "Pitched roofs (15° to 60°)",
     "flat": "Flat roofs (below 15°)",
-    "steep": "Steeper than 60°, not upright",
+    "steep": "Steep roofs (above 60°)",
     "downward": "Facing down",
     "ground": "Ground",
     "rack": "Racks on flat roofs",
 }
 
+USABLE = 0.6  # of facades with windows, as an example
+WORTH_NAMING = 0.01  # share of walls and roofs
 SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
 LIMITS = "Errors of the city model, the weather and the module model come on top, and are usually larger."
 
@@ -55,8 +61,10 @@ def describe_input(summary):
         rows.append(("City", "traced by an earlier run, whose folder has the import report"))
     else:
         rows.append(("Files", ", ".join(PurePath(path).name for path in report["files"])))
-        rows.append(("Buildings", f"{report['building_count']:,}, with {report['part_count']:,} parts"))
-        lods = [f"{name or 'none named'} ({count:,} surfaces)" for name, count in report["lods_chosen"].items()]
+        rows.append(("Buildings", f"{report['building_count']:,}, with {count_of(report['part_count'], 'part')}"))
+        lods = [
+            f"{name or 'none named'} ({count_of(count, 'surface')})" for name, count in report["lods_chosen"].items()
+        ]
         rows.append(("Level of detail", ", ".join(lods) or "none named"))
     if site.get("latitude") is not None:
         place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°"
@@ -68,7 +76,8 @@ def describe_input(summary):
     ]
     for one in read.get("findings") or []:
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
-        rows.append((HEADINGS.get(one["heading"], one["heading"]), f"{one['count']:,} surfaces{area}: {one['reason']}"))
+        found = f"{one['count']:,}" if one["heading"] == "skipped" else count_of(one["count"], "surface")
+        rows.append((HEADINGS.get(one["heading"], one["heading"]), f"{found}{area}: {one['reason']}"))
     return rows + [("Note", note) for note in (report or {}).get("notes", [])]
 
 
@@ -98,6 +107,7 @@ def describe_assumptions(summary):
         ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
         ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
+        ("Azimuths that count", SECTORS[settings.get("sectors", "paper")]),
         ("Walls that a neighbour covers", HIDDEN.get(settings.get("hidden_walls"), "left out")),
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
@@ -111,6 +121,41 @@ def has_losses(summary):
     """Whether hours and energy are AC after losses; up to version 0.2 they were DC, whatever was set."""
     settings = summary["settings"]
     return "mwh_dc_per_year" in summary["totals"] and bool(settings.get("losses") or settings.get("inverter"))
+
+
+def describe_windows(summary):
+    """Whether windows count, and what it would make of the whole if a share of the facades were left."""
+    totals, usable = summary["totals"], (summary["settings"].get("usable") or {}).get("facade")
+    facade = (totals.get("kinds") or {}).get("facade")
+    if usable is not None:
+        return f"Of the facades {100 * usable:g} % counts, without windows and edges."
+    if not facade:
+        return ""
+    whole, lost = totals, 1 - USABLE
+    return (
+        f"Windows count as area of facades: with --usable facade={USABLE:g} facades would have "
+        f"{USABLE * facade['kwp']:,.0f} kWp and {USABLE * facade['mwh_per_year']:,.0f} MWh a year, and all together "
+        f"{whole['kwp'] - lost * facade['kwp']:,.0f} kWp and "
+        f"{whole['mwh_per_year'] - lost * facade['mwh_per_year']:,.0f} MWh."
+    )
+
+
+def describe_left_out(summary):
+    """What carries no modules, where it is more than 1 % of walls and roofs; and buildings without a shape: list."""
+    found, report = summary["totals"].get("without_modules") or {}, summary["input"].get("report") or {}
+    parts = {reason: one for reason, one in found.items() if reason != GROUND}
+    whole = summary["totals"]["eligible_area"] + sum(one["area"] for one in parts.values())
+    told = [
+        f"{reason} {one['area']:,.0f} m² ({percent(100 * one['area'] / whole)})"
+        for reason, one in parts.items()
+        if one["area"] > WORTH_NAMING * whole
+    ]
+    missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
+    named = f"Of {count_of(report['building_count'], 'building')} {missing:,}" if missing else ""
+    return [
+        *([f"Walls and roofs without modules: {'; '.join(told)}."] if told else []),
+        *([f"{named} have no shape in the files: they cast no shadow and have no results."] if missing else []),
+    ]
 
 
 def describe_albedo(summary, light):

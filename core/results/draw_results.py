@@ -11,6 +11,7 @@ from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarit
 from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
 
 SOLAR, UNIVERSAL = "Hour of the day, local solar time", "Hour of the day, UTC"
+ABREAST = 3  # panels side by side
 BAR, LINE = "#5b7fa6", "#222222"
 FAMILIES = {  # beginning of the name -> label, colour, mark
     "--samples": ("sky rays", "#0072B2", "s"),
@@ -108,13 +109,17 @@ def draw_lines(tables, shift, label):
     label : callable
         Takes the orientation and its hours.
     """
-    figure = make_figure(10, 3.9)
-    panels = figure.subplots(1, len(tables), sharey=True, squeeze=False)[0]
+    rows = -(-len(tables) // ABREAST)
+    figure = make_figure(10, 3.9 * max(rows, 1))
+    panels = figure.subplots(rows, min(len(tables), ABREAST), sharey=True, squeeze=False).ravel()
+    for axes in panels[len(tables) :]:
+        axes.remove()
+    panels = panels[: len(tables)]
     for axes, (kind, table) in zip(panels, tables.items(), strict=True):
         for side, hours in table.items():
             axes.plot(table.index + shift, hours, label=label(side, hours), markersize=4, **LINES.get(side, OTHER))
         axes.set_title(kind_title(kind))
-        axes.legend(loc="upper left", fontsize=8.5, handlelength=3.2)
+        axes.legend(loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2)
     return figure, panels
 
 

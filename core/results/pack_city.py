@@ -10,10 +10,11 @@ import zlib
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..city.classify import SMALLEST_ELIGIBLE_AREA
+from ..city.classify import ORIENTATIONS, SMALLEST_ELIGIBLE_AREA
 from ..city.polygons import triangulate
 from ..city.racks import find_racked_roofs
-from ..energy.counted_area import KINDS, MOST_COVERED
+from ..energy.counted_area import MOST_COVERED
+from ..energy.pv_system import KINDS
 from .colour_map import GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, in_order, kind_title, select_mounted, tabulate_periods
@@ -30,7 +31,7 @@ SINGLE = {
     "roof": "Pitched roof",
     "rack": "Rack on a flat roof",
     "flat": "Flat roof",
-    "steep": "Steep surface",
+    "steep": "Steep roof",
     "downward": "Underside",
     "ground": "Ground",
 }
@@ -65,7 +66,7 @@ def pack_city(results):
     faces, mounted = results.faces, select_mounted(results.faces)
     values = measure_faces(results, mounted)
     buildings, building = np.unique(faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True)
-    kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ())
+    kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ORIENTATIONS)
     arrays = {
         "building": building,
         "kind": faces["kind"].map(kinds.index).to_numpy(),
@@ -152,7 +153,7 @@ def explain_faces(faces, mounted):
     }
     reason = np.select([np.asarray(holds[name]) for name in REASONS], np.arange(len(REASONS)) + 2)
     carries = mounted.index.to_numpy()
-    reason[carries] = (mounted["kind"] == "flat").to_numpy().astype(int)
+    reason[carries] = (faces["eligible"][carries] != "true").to_numpy().astype(int)
     return reason
 
 

@@ -11,12 +11,17 @@ from matplotlib.figure import Figure
 
 from .colour_map import MAPS
 
-# By M. Okabe and K. Ito, to be told apart with any colour vision; marks and dashes tell the lines apart in print.
+# By M. Okabe and K. Ito, to be told apart with any colour vision (their yellow darker, since paper is white); marks and
+# dashes tell the lines apart in print.
 LINES = {
     "north": {"color": "#0072B2", "marker": "s", "linestyle": (0, (5, 2))},
+    "northeast": {"color": "#56B4E9", "marker": "x", "linestyle": (0, (5, 2))},
     "east": {"color": "#E69F00", "marker": "^", "linestyle": (0, (3, 1, 1, 1))},
+    "southeast": {"color": "#A39A00", "marker": "+", "linestyle": "-"},
     "south": {"color": "#D55E00", "marker": "o", "linestyle": "-"},
+    "southwest": {"color": "#CC79A7", "marker": "*", "linestyle": "-"},
     "west": {"color": "#009E73", "marker": "v", "linestyle": (0, (1, 1))},
+    "northwest": {"color": "#000000", "marker": ".", "linestyle": (0, (1, 1))},
 }
 OTHER = {"color": "#555555", "marker": "D", "linestyle": "-"}
 STYLE = {

@@ -8,13 +8,15 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..city.classify import SMALLEST_ELIGIBLE_AREA
+from ..city.classify import ORIENTATIONS, SMALLEST_ELIGIBLE_AREA
 from ..city.grid_cells import Outlines
 from ..city.racks import find_racked_roofs
 from ..city.scene import Site
-from ..energy.counted_area import KINDS, MOST_COVERED, ORIENTATIONS
+from ..energy.counted_area import MOST_COVERED
+from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
 from .surfaces_file import CURE, read_surfaces, read_texts
+from .write_tables import WHOLE
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
@@ -36,6 +38,7 @@ MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", 
 TITLES = {
     "facade": "Facades",
     "roof": "Pitched roofs",
+    "steep": "Steep roofs",
     "rack": "Racks on flat roofs",
     "flat": "Flat roofs, modules lying flat",
 }
@@ -178,6 +181,7 @@ def compare_hours(path, groups, hours, summary):
     years = summary["weather"].get("years") or 1.0
     annual = groups[groups["period"] == "annual"]
     expected = dict(zip(annual["kind"] + "_" + annual["orientation"], annual["full_load_hours"], strict=True))
+    hours = hours.drop(WHOLE, errors="ignore")
     same = set(expected) == set(hours.index)
     if not same or any(
         abs(hours[name] / years - value) > TOLERANCE * max(value, 1) for name, value in expected.items()
@@ -279,7 +283,7 @@ def tabulate_histograms(mounted):
     width = next((step for step in BIN_WIDTHS if highest / step <= MOST_BINS), BIN_WIDTHS[-1])
     edges = np.arange(int(highest // width) + 2) * float(width)
     areas = {}
-    for kind in in_order(mounted["kind"], (*KINDS, "flat")):
+    for kind in in_order(mounted["kind"], KINDS):
         own = mounted[mounted["kind"] == kind]
         areas[kind] = np.histogram(own["full_load_hours"], edges, weights=own["area"])[0]
     return edges, areas

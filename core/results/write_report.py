@@ -12,12 +12,15 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from ..city.classify import PAPER
 from ..settings.version import __version__
 from .describe_run import (
     LIMITS,
     SPREAD,
     describe_assumptions,
     describe_input,
+    describe_left_out,
+    describe_windows,
     has_losses,
     list_errors,
     list_settings,
@@ -42,12 +45,11 @@ NO_PLAN = (
     "them in surfaces.nc, those of earlier versions in transfer.nc."
 )
 CAPTIONS = {
-    "plan-roof": "Roofs from above: full load hours of pitched roofs, and of flat roofs with modules lying flat. Grey: "
-    "roofs that are too small, too steep, covered, or not within 30° of a main direction. Yellow is high, dark blue is "
-    "low; the two plans have different scales. North is up.",
+    "plan-roof": "Roofs from above: full load hours of pitched, steep and flat roofs, and of racks. Grey: roofs that "
+    "carry no modules. Yellow is high, dark blue is low; the two plans have different scales. North is up.",
     "plan-facade": "Facades as lines on the outline of the buildings: full load hours. Where several stand above each "
-    "other, the highest is drawn. Facades without a line are covered by a neighbour, too small, or not within 30° of a "
-    "main direction. Yellow is high, dark blue is low; the two plans have different scales. North is up.",
+    "other, the highest is drawn. Facades without a line carry no modules. Yellow is high, dark blue is low; the two "
+    "plans have different scales. North is up.",
     "months": "Full load hours by month, means over all surfaces of a kind that face the same direction.",
     "day": "Full load hours of a year by hour of the day. Local solar time is UTC plus four minutes for each degree "
     "east; the sun stands highest at about 12.",
@@ -56,6 +58,7 @@ CAPTIONS = {
     "histograms": "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right yield "
     "most.",
 }
+PAPERS_WHOLE = "Facades and roofs of 15° to 60° within 30° of a main direction"
 NO_SUNS = " The traced suns are listed in surfaces.nc, which is missing."
 SECTIONS = {
     "Plan of the city": ("plan-roof", "plan-facade"),
@@ -196,28 +199,28 @@ def list_warnings(summary):
 
 
 def compose_totals(summary):
-    """What all suitable surfaces together would give."""
-    totals, flat = summary["totals"], summary["totals"].get("flat_roofs") or {}
+    """What all suitable surfaces together would give, what windows take, and what carries no modules."""
+    totals = summary["totals"]
+    kinds = totals.get("kinds", {"flat": totals.get("flat_roofs") or {}})  # without kinds: of 0.2.0
+    some = summary["settings"].get("sectors", PAPER) == PAPER
     names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
-    rows = [("Facades and pitched roofs that can carry modules", *row_of_potential(totals, names))]
-    if flat.get("count"):
-        rows.append((f"In addition {flat['count']:,} flat roofs, modules lying flat", *row_of_potential(flat, names)))
+    rows = [(PAPERS_WHOLE if some else "All", *row_of_potential(totals, names))]
+    rows += [
+        (kind_title(kind) + (", beside these" if some and kind == "flat" else ""), *row_of_potential(one, names))
+        for kind, one in kinds.items()
+        if one.get("count")
+    ]
     head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
     head += ["Before losses, DC [MWh]"] if has_losses(summary) else []
-    hidden = totals.get("hidden_walls") or {}
-    left_out = (
-        f"{hidden['count']:,} walls ({hidden['area']:,.0f} m²) are left out, as a neighbouring building covers them."
-        if hidden.get("count")
-        else ""
-    )
     return section(
         "In short",
         paragraph(f"Weather: {summary['weather']['label']}."),
         table(head, rows, numbers=range(1, len(head))),
         paragraph(
-            f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² "
-            f"of modules for each kWp. {left_out} Building law, statics, windows and cost are not considered."
+            f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² of modules for each "
+            f"kWp. {describe_windows(summary)} Building law, statics and cost are not considered."
         ),
+        *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
         paragraph(f"{summarise_errors(summary['error_budget'])} {LIMITS}"),
     )
@@ -241,7 +244,7 @@ def compose_groups(results):
     return section(
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
-        paragraph(f"± is the {SPREAD}. {ELSEWHERE} A surface faces a direction within 30°.", "small"),
+        paragraph(f"± is the {SPREAD}. {ELSEWHERE}", "small"),
         fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
         years,
     )

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
-from ..city.racks import RACK, find_racked_roofs
 from ..city.scene import surface_of_triangles
+from ..energy.counted_area import find_counted_area, sum_left_out
 from ..energy.energy import split_years, sum_potential
-from ..energy.pv_system import area_of_kwp, build_system
+from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 
@@ -133,31 +133,23 @@ def budget_errors(transfer, energy, weather):
 
 
 def sum_totals(transfer, energy, system):
-    """Power and annual energy if all eligible area that is open and usable carried modules.
+    """Power and annual energy if all eligible area that is open and usable carried modules, whole and by kind.
 
-    Walls excluded because a neighbour covers them, and flat roofs, are listed separately.
+    With the paper's sectors flat roofs have a line among `kinds`, but are not part of the whole. `without_modules` has
+    all other area, by the reason why it counts nothing.
     """
-    area, kind = np.asarray(transfer.surfaces.area, float), np.asarray(transfer.surfaces.kind)
-    hidden = transfer.surfaces.eligible & ~energy.eligible
-    racks, roofs = kind == RACK, find_racked_roofs(transfer.surfaces.surface_id, kind)
-    described = {
-        "count": int(racks.sum()),
-        **sum_potential(racks & energy.eligible, area, energy, system),
-        "roofs": {"count": int(roofs.sum()), "area": float(area[roofs].sum())},
-        "note": "among the totals above",
-    }
+    area, kind = np.asarray(transfer.surfaces.area, float), find_counted_area(transfer, system).kind
+    rows = {name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name) for name in KINDS}
     return {
+        "count": int(energy.eligible.sum()),
         **sum_potential(energy.eligible, area, energy, system),
         "area_per_kwp": area_of_kwp(system.module),
-        "hidden_walls": {"count": int(hidden.sum()), "area": float(area[hidden].sum()), "counted": False}
-        if system.hidden_walls == "leave-out"
-        else {"counted": True},
-        "flat_roofs": {
-            "count": int(energy.flat_roof.sum()),
-            **sum_potential(energy.flat_roof, area, energy, system),
-            "note": "modules lie flat on the roof; not among the totals above, nor are roofs with racks",
+        "kinds": {
+            name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy, system)}
+            for name, chosen in rows.items()
+            if chosen.any()
         },
-        **({"racks": described} if racks.any() else {}),
+        "without_modules": sum_left_out(transfer, system),
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
 

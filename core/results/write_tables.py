@@ -22,6 +22,7 @@ GROUP_COLUMNS += ("full_load_hours_standard_error", "full_load_hours_dc")
 EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
 FACTOR = "AC power over nominal DC power, after losses and inverter: mean over the area of the group that counts"
+WHOLE = "all"  # name of the group of all groups
 MEAN = {"units": "1", "cell_methods": "time: mean"}
 
 
@@ -219,31 +220,42 @@ def write_series(path, transfer, energy):
     pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
-def write_timeseries(path, energy, weather):
-    """Write `capacity_factor(time, group)`.
+def write_timeseries(path, energy, weather, system):
+    """Write `capacity_factor(time, group)`; the last group is the whole, `all`: its factors times kWp are its power.
 
     Parameters
     ----------
     path : path-like
     energy : Energy
     weather : Weather
+    system : PvSystem
     """
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
-    names = np.array(["_".join(group) for group in energy.groups], dtype=object)
+    names = np.array([*("_".join(group) for group in energy.groups), WHOLE], dtype=object)
+    modules = energy.group_area * [system.usable.get(kind, 1.0) for kind, _ in energy.groups]
+    share = modules / max(modules.sum(), np.finfo(float).tiny)
     found = {
         "time": (
             "time",
             bounds[:, 0],
             {"standard_name": "time", "long_name": "start of the interval (UTC)", "bounds": "time_bounds", **EPOCH},
         ),
-        "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
+        "group": ("group", names, {"long_name": "kind and orientation of the surfaces; all of them"}),
         "time_bounds": (("time", "bounds"), bounds),
-        "area": ("group", energy.group_area, {"units": "m2", "long_name": "area that counts of eligible surfaces"}),
-        "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
+        "area": (
+            "group",
+            with_sum(energy.group_area),
+            {"units": "m2", "long_name": "area of eligible surfaces that counts"},
+        ),
+        "surface_count": (
+            "group",
+            with_sum(energy.group_count),
+            {"units": "1", "long_name": "number of eligible surfaces"},
+        ),
     }
-    factors = energy.capacity_factor.astype(np.float32), {**MEAN, "long_name": FACTOR}, dict(PACKED)
-    found["capacity_factor"] = ("time", "group"), *factors
+    factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(np.float32)
+    found["capacity_factor"] = ("time", "group"), factors, {**MEAN, "long_name": FACTOR}, dict(PACKED)
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs.update(
@@ -255,6 +267,11 @@ def write_timeseries(path, energy, weather):
             }
         )
         write_variables(file, found)
+
+
+def with_sum(values):
+    """Values and their sum: (g + 1,)."""
+    return np.append(values, values.sum())
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
@@ -279,7 +296,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         "faces.csv": partial(write_faces, transfer=transfer, energy=energy, report_share=report_faces, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, transfer=transfer, energy=energy, system=system, monthly=monthly),
-        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
+        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather, system=system),
         "surfaces.nc": partial(write_surfaces, transfer=transfer, energy=energy),
     }
     if energy.series is not None:

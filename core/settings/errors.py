@@ -27,6 +27,11 @@ class InputError(ValueError):
         return type(self), (self.source, self.problem, self.cure)
 
 
+def count_of(number, noun):
+    """A number of things in words: 1 surface, 1,200 surfaces."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
 UNIT = 1e-3  # tolerance of the length of unit vectors
 MOST_SEED = 2**32 - 1

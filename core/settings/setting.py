@@ -9,7 +9,7 @@ from .errors import InputError
 class Setting:
     """Option name, help text and valid values of one setting."""
 
-    group: str  # city, weather, electricity, light, effects or run: selects the commands that have it
+    group: str  # city, surfaces, weather, electricity, light, effects or run: selects the commands that have it
     words: str  # help text, for --help and tooltips
     # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
     kind: str = "text"

@@ -20,6 +20,10 @@ HIDDEN_WALLS = {
     "leave-out": "Area covered by neighbours carries no modules",
     "count": "Covered area counts like open area (as in the paper)",
 }
+SECTORS = {
+    "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
+    "paper": "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)",
+}
 OVERHANGS = {
     "leave-out": "Facades lean by 1° at most",
     "count": "Walls that lean outward are facades (as in the paper)",
@@ -97,6 +101,15 @@ class SystemSettings:
         title="Hidden walls",
         panel="energy",
         choices=HIDDEN_WALLS,
+    )
+    sectors: str = setting(
+        "8",
+        "surfaces",
+        "azimuths that count: all, in eight sectors, or those of the paper",
+        kind="choice",
+        title="Sectors",
+        panel="classify",
+        choices=SECTORS,
     )
     overhangs: str = setting(
         "leave-out", "electricity", "whether walls that lean outward are facades", kind="choice", choices=OVERHANGS

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..city.classify import PAPER
 from ..city.scene import Site, Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy.check_inputs import check_transfer
-from ..energy.counted_area import find_counted_area, find_groups
+from ..energy.counted_area import classify_again, find_counted_area, find_groups
 from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, order_neighbours, take_block
 from ..light.transfer import SourceLight, Transfer
@@ -45,7 +46,7 @@ class Environment:
 
 
 def build_environment(name, source, transfer, system, sky_model="isotropic"):
-    """Prepare the eligible surfaces of a Transfer.
+    """Prepare the surfaces of a Transfer that the paper takes: facades and pitched roofs near four main directions.
 
     Parameters
     ----------
@@ -76,6 +77,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
             f"was traced without the light of {missing}, which --sky {sky_model} needs",
             "trace it again, or give --sky isotropic",
         )
+    system, transfer = replace(system, sectors=PAPER), classify_again(transfer, PAPER)
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     if not groups.names:

@@ -34,7 +34,17 @@ CLASS_COLOURS = {
         "ground": "b4b4b0",
         "rack": "f0e442",
     },
-    "orientation": {"none": "b4b4b0", "north": "0072b2", "east": "009e73", "south": "d55e00", "west": "cc79a7"},
+    "orientation": {
+        "none": "b4b4b0",
+        "north": "0072b2",
+        "east": "009e73",
+        "south": "d55e00",
+        "west": "cc79a7",
+        "northeast": "56b4e9",
+        "southeast": "f0e442",
+        "southwest": "e69f00",
+        "northwest": "000000",
+    },
 }
 
 

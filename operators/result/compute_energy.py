@@ -42,7 +42,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
         surfaces = session.transfer.surfaces
-        totals = sum_totals(surfaces, energy, request), rank_buildings(surfaces, energy, request)
+        totals = sum_totals(session.transfer, energy, request), rank_buildings(surfaces, energy, request)
         seconds = seconds_to_halve(session.transfer, weather, energy)
         return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals, seconds)
 

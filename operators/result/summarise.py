@@ -9,19 +9,23 @@ GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
 )
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
 OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, *(PREFIX + name for name in ("probe", "best", "charts")))
+KIND_TITLES = {
+    "facade": "Facades",
+    "roof": "Pitched roofs",
+    "steep": "Steep roofs",
+    "flat": "Flat roofs",
+    "rack": "Racks",
+}
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
-def sum_totals(surfaces, energy, request):
-    """Power, energy and hours of all eligible surfaces, of roofs and of facades: dict of dicts (`sum_potential`)."""
-    from ...core.energy.energy import sum_potential
+def sum_totals(transfer, energy, request):
+    """Power, energy and hours of all eligible surfaces and of each kind, as in summary.json: dict of dicts."""
     from ...core.energy.pv_system import build_system
+    from ...core.results.write_summary import sum_totals as sum_whole
 
-    facade, system = surfaces.kind == "facade", build_system(request)
-    rows = {"All": energy.eligible, "Roofs": energy.eligible & ~facade, "Facades": energy.eligible & facade}
-    if energy.flat_roof.any():
-        rows["Flat roofs"] = energy.flat_roof
-    return {name: sum_potential(chosen, surfaces.area, energy, system) for name, chosen in rows.items()}
+    whole = sum_whole(transfer, energy, build_system(request))
+    return {"All": whole} | {KIND_TITLES[kind]: one for kind, one in whole["kinds"].items()}
 
 
 def summarise_energy(item, weather, energy, place, totals):

@@ -97,8 +97,10 @@ def test_groups_and_time_series_agree_with_faces(results):
         names = [str(name) for name in series["group"].values]
         annual = dict(zip(names, series["capacity_factor"].sum("time").values, strict=True))
     facades = {f"facade_{side}" for side in ("north", "east", "south", "west")}
-    assert set(names) == facades | {"roof_north", "roof_south"}
-    for name in names:
+    assert set(names) == facades | {"roof_north", "roof_south", "all"}
+    totals = json.loads((results / "summary.json").read_text(encoding="utf-8"))["totals"]
+    assert annual["all"] * totals["kwp"] == pytest.approx(1000 * totals["mwh_per_year"], rel=1e-4)
+    for name in names[:-1]:
         kind, orientation = name.split("_")
         own = [row for row in faces if (row["kind"], row["orientation"]) == (kind, orientation)]
         area = np.array([float(row["area"]) for row in own])
@@ -300,7 +302,8 @@ def test_a_run_without_eligible_surfaces_says_so():
     none = {"groups": [], "group_count": np.zeros(0, int), "group_area": np.zeros(0)}
     energy = SimpleNamespace(capacity_factor=np.zeros((8760, 0)), interval=timedelta(hours=1), years=1.0, **none)
     stream = StringIO()
-    report_outcome(RunLog(stream), "out", energy)
-    first, last = stream.getvalue().splitlines()
-    assert "no surface is eligible" in first
+    small = {"smaller than 6.25 m²": {"count": 1, "area": 6.0}}
+    report_outcome(RunLog(stream), "out", energy, {"eligible_area": 0.0, "kinds": {}, "without_modules": small})
+    first, second, last = stream.getvalue().splitlines()
+    assert "no surface is eligible" in first and second.endswith("1 surface, 6 m² smaller than 6.25 m²")
     assert last.startswith("Written to out in ")

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.counted_area import COVERED, classify_again, put_at
 from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_summary import describe_years, sum_totals
@@ -35,37 +37,48 @@ def transfer(berlin):
     result.visible_share *= (1 - covered)[:, None].astype(np.float32)
     result.diffuse_relative *= 1 - covered
     result.far_ground_view_factor *= 1 - covered
-    result.surfaces.eligible[:] = [True] * 5 + [False] * 6
+    result.surfaces.eligible[:] = [True] * 5 + [False] * 2 + [True] * 3 + [False]
     return result
 
 
 def test_hidden_walls_are_left_out(transfer, berlin):
     """A group's hours are Σ FLH·A / Σ A·(1 − covered_share): here those of an open wall."""
     energy = compute_energy(transfer, berlin)
-    assert energy.eligible.tolist() == [True] * 3 + [False] * 8
-    assert energy.groups == [("facade", "south")] and energy.group_count.tolist() == [3]
+    assert energy.eligible.tolist() == [True] * 3 + [False] * 4 + [True] * 2 + [False] * 2
+    assert energy.groups == [("facade", "south"), ("flat", "none")] and energy.group_count.tolist() == [3, 2]
     assert energy.group_area[0] == pytest.approx(100 + 40 + 20)
     np.testing.assert_allclose(energy.open_area[:5], [100, 40, 20, 147, 0])
     area, hours = transfer.surfaces.area[:3], energy.full_load_hours[:3]
     expected = (hours * area).sum() / 160
-    assert energy.capacity_factor.sum() == pytest.approx(expected, rel=1e-9)
+    assert energy.capacity_factor[:, 0].sum() == pytest.approx(expected, rel=1e-9)
     # The module is not linear, but nearly: half the light on half a wall gives what the open half does, to 5 %.
     assert expected == pytest.approx(hours[0], rel=0.05)
     total = sum_totals(transfer, energy, build_system(Request()))
-    assert total["eligible_area"] == pytest.approx(160) and total["kwp"] == pytest.approx(160 / KWP)
-    assert total["full_load_hours"] == pytest.approx(expected)
-    assert total["mwh_per_year"] == pytest.approx(total["kwp"] * expected / 1000)
-    assert total["hidden_walls"] == {"count": 2, "area": 500.0, "counted": False}
+    facade = total["kinds"]["facade"]
+    assert facade["eligible_area"] == pytest.approx(160) and facade["kwp"] == pytest.approx(160 / KWP)
+    assert facade["full_load_hours"] == pytest.approx(expected)
+    assert facade["mwh_per_year"] == pytest.approx(facade["kwp"] * expected / 1000)
+    assert total["kwp"] == pytest.approx(sum(one["kwp"] for one in total["kinds"].values()))
+    # Of walls 300 and 200 m² are hidden, and 10 and 20 of those that count; of roofs 70 m², and 24 of one that counts.
+    assert total["without_modules"] == {
+        COVERED: {"count": 3, "area": pytest.approx(300 + 200 + 10 + 20 + 70 + 24)},
+        "leaning outward by more than 1°": {"count": 1, "area": 30.0},
+        "facing down": {"count": 1, "area": 90.0},
+        "smaller than 6.25 m²": {"count": 1, "area": 5.0},
+    }
+    left_out = sum(one["area"] for one in total["without_modules"].values())
+    assert total["eligible_area"] + left_out == pytest.approx(transfer.surfaces.area.sum())
 
 
 def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     system = build_system(Request(hidden_walls="count"))
     energy = compute_energy(transfer, berlin, system)
-    assert energy.eligible.tolist() == [True] * 5 + [False] * 6
+    assert energy.eligible.tolist() == [True] * 5 + [False] * 2 + [True] * 3 + [False]
     area = transfer.surfaces.area[:5]
     expected = np.average(energy.full_load_hours[:5], weights=area)
-    assert energy.group_area[0] == area.sum() and energy.capacity_factor.sum() == pytest.approx(expected, rel=1e-9)
-    total = sum_totals(transfer, energy, system)
+    assert energy.group_area[0] == area.sum()
+    assert energy.capacity_factor[:, 0].sum() == pytest.approx(expected, rel=1e-9)
+    total = sum_totals(transfer, energy, system)["kinds"]["facade"]
     assert total["kwp"] == pytest.approx(690 / KWP) and total["full_load_hours"] == pytest.approx(expected)
     # The columns stay means over the whole polygon, whatever counts.
     other = compute_energy(transfer, berlin, build_system(Request()))
@@ -75,7 +88,7 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
 
 def test_overhangs_are_facades_where_asked(transfer, berlin):
     energy = compute_energy(transfer, berlin, build_system(Request(overhangs="count")))
-    assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [True] + [False] * 5
+    assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [True, False, True, True, False, False]
     assert energy.group_area[0] == pytest.approx(190) and energy.full_load_hours[5] > 0
     assert np.isnan(energy.full_load_hours[6])  # a ceiling looks to no side
     assert np.isnan(compute_energy(transfer, berlin).full_load_hours[5])
@@ -88,16 +101,50 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
     whole = compute_energy(transfer, berlin, build_system(Request()))
     np.testing.assert_array_equal(energy.capacity_factor, whole.capacity_factor)
     total, all_of_it = sum_totals(transfer, energy, system), sum_totals(transfer, whole, build_system(Request()))
-    for name in ("module_area", "kwp", "mwh_per_year"):
-        assert total[name] == pytest.approx(0.6 * all_of_it[name])
-        assert total["flat_roofs"][name] == pytest.approx(0.5 * all_of_it["flat_roofs"][name])
+    for kind, share in (("facade", 0.6), ("flat", 0.5)):
+        for name in ("module_area", "kwp", "mwh_per_year"):
+            assert total["kinds"][kind][name] == pytest.approx(share * all_of_it["kinds"][kind][name])
     assert total["eligible_area"] == all_of_it["eligible_area"]
     assert total["full_load_hours"] == pytest.approx(all_of_it["full_load_hours"])
     # Level roofs of 60 and 80 m², the second covered by 30 %; the third is covered, the last too small.
-    flat = all_of_it["flat_roofs"]
+    flat = all_of_it["kinds"]["flat"]
     assert flat["count"] == 2 and flat["eligible_area"] == pytest.approx(60 + 56)
     hours = (whole.full_load_hours[7] * 60 + whole.full_load_hours[8] * 80) / 116
     assert flat["full_load_hours"] == pytest.approx(hours) and flat["kwp"] == pytest.approx(116 / KWP)
+
+
+def test_with_the_papers_sectors_flat_roofs_stand_beside_the_whole(transfer, berlin):
+    paper = replace(transfer, surfaces=replace(transfer.surfaces, eligible=transfer.surfaces.kind == "facade"))
+    some, every = build_system(Request(sectors="paper")), build_system(Request())
+    energy = compute_energy(paper, berlin, some)
+    total, whole = sum_totals(paper, energy, some), sum_totals(transfer, compute_energy(transfer, berlin, every), every)
+    assert energy.groups == [("facade", "south")] and total["kinds"] == whole["kinds"]
+    assert total["kwp"] == total["kinds"]["facade"]["kwp"] and total["without_modules"] == whole["without_modules"]
+
+
+@pytest.mark.parametrize("turn", [7.0, 22.5, 45.0, 71.0])
+def test_a_turned_house_has_the_same_power_and_under_clouds_the_same_energy(berlin, turn):
+    """Without direct light an unshaded surface gets (1 + cos β)/2 of DHI and its ground's, at any azimuth."""
+    dark = replace(berlin, data=berlin.data.assign(dni=0.0, ghi=berlin.data["dhi"]))
+    suns = choose_suns("typical-days:2", *berlin.axis)
+    tilt, azimuth = np.array([90] * 4 + [75, 75, 40, 40, 5]), np.array([0, 90, 180, 270, 0, 180, 90, 270, 0])
+    totals = []
+    for turned in (0.0, turn):
+        house = unshaded_transfer(suns, tilt, np.where(tilt > 15, (azimuth + turned) % 360, 0))
+        surfaces = house.surfaces
+        surfaces.area[:] = [80, 50, 80, 50, 20, 20, 60, 60, 30]
+        surfaces.eligible[:] = np.isin(surfaces.kind, ("facade", "roof")) & (surfaces.orientation != "none")
+        house = classify_again(house, "8")
+        found = sum_totals(house, compute_energy(house, dark), build_system(Request()))
+        assert found["eligible_area"] == 450 and found["without_modules"] == {}
+        totals.append([[one["kwp"], one["mwh_per_year"]] for one in (found, *found["kinds"].values())])
+    np.testing.assert_allclose(totals[1], totals[0], rtol=1e-6)
+
+
+def test_words_are_not_cut():
+    """Names of an array of shorter ones: "northeast" is not "north"."""
+    short = np.array(["none", "north", "east"])
+    assert put_at(np.array([0, 2]), short, np.array(["northeast", "west"])).tolist() == ["northeast", "north", "west"]
 
 
 def test_buildings_sum_up(berlin, tmp_path):

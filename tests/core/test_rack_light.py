@@ -156,22 +156,26 @@ def test_the_demo_with_racks_and_without(tmp_path):
     plain_out, plain = run_berlin(tmp_path, "plain")
     out, racked = run_berlin(tmp_path, "racked", "--racks", "tilt=10", "--cityjson")
     before, after = read_rows(plain_out / "faces.csv"), read_rows(out / "faces.csv")
-    named = ("surface_id", "kind", "orientation", "eligible", "area")
+    named = ("surface_id", "kind", "orientation", "area")
     assert [[row[name] for name in named] for row in before] == [
         [row[name] for name in named] for row in after[: len(before)]
     ]
     racks = after[len(before) :]
+    changed = [one for one, other in zip(before, after, strict=False) if one["eligible"] != other["eligible"]]
+    roofs = {row["surface_id"].rpartition("/rack")[0] for row in racks}
+    assert {row["surface_id"] for row in changed} == roofs and {row["kind"] for row in changed} == {"flat"}
     assert racks and {row["kind"] for row in racks} == {"rack"} and {row["eligible"] for row in racks} == {"true"}
     assert {row["surface_id"].rpartition("/rack")[0] for row in racks} <= {
         row["surface_id"] for row in before if row["kind"] == "flat"
     }
     area = sum(float(row["area"]) for row in racks)
-    assert racked["racks"]["eligible_area"] == pytest.approx(area, rel=0.01)
-    assert racked["kwp"] == pytest.approx(plain["kwp"] + racked["racks"]["kwp"], rel=0.01)
-    assert racked["racks"]["kwp"] < 0.6 * plain["flat_roofs"]["kwp"]
-    assert racked["racks"]["full_load_hours"] > plain["flat_roofs"]["full_load_hours"]
-    whole = racked["racks"]["roofs"]["area"] + racked["flat_roofs"]["eligible_area"]
-    assert whole == pytest.approx(plain["flat_roofs"]["eligible_area"], rel=0.05)
+    kinds, flat = racked["kinds"], plain["kinds"]["flat"]
+    assert kinds["rack"]["eligible_area"] == pytest.approx(area, rel=0.01)
+    assert racked["kwp"] == pytest.approx(sum(one["kwp"] for one in kinds.values()))
+    assert kinds["rack"]["kwp"] < 0.6 * flat["kwp"]
+    assert kinds["rack"]["full_load_hours"] > flat["full_load_hours"]
+    whole = racked["without_modules"]["under racks"]["area"] + kinds["flat"]["eligible_area"]
+    assert whole == pytest.approx(flat["eligible_area"], rel=0.05)
     groups = {(row["kind"], row["orientation"]) for row in read_rows(out / "groups.csv")}
     assert ("rack", "south") in groups and ("rack", "south") not in {
         (row["kind"], row["orientation"]) for row in read_rows(plain_out / "groups.csv")
@@ -181,9 +185,7 @@ def test_the_demo_with_racks_and_without(tmp_path):
     last = outlines.rings(len(after) - 1)
     assert len(outlines.surface_start) == len(after) + 1 and len(last) == 1 and last[0].shape == (4, 3)
     mounted = select_mounted(pd.read_csv(out / "faces.csv", dtype={"eligible": str}))
-    assert mounted[mounted["kind"] == "flat"]["area"].sum() == pytest.approx(
-        racked["flat_roofs"]["eligible_area"], rel=0.01
-    )
+    assert mounted[mounted["kind"] == "flat"]["area"].sum() == pytest.approx(kinds["flat"]["eligible_area"], rel=0.01)
     assert main(["plot", str(out)]) == 0 and (out / "report.html").exists()
     city = json.loads((out / "city.city.json").read_text(encoding="utf-8"))
     drawn = [

@@ -20,7 +20,7 @@ from citypv.core.sun.sun_sampling import choose_suns
 def on_ground():
     """The three houses on ground that is known as such: 12 triangles."""
     scene = three_houses()
-    scene.surfaces.kind[:12] = "ground"
+    scene.surfaces.kind[:12], scene.surfaces.eligible[:12] = "ground", False
     return scene
 
 

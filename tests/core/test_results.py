@@ -17,6 +17,7 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.read import open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
@@ -106,11 +107,13 @@ def test_groups(weighed, tmp_path):
 def test_time_series(weighed, tmp_path):
     _, weather, energy = weighed
     path = tmp_path / "timeseries.nc"
-    write_timeseries(path, energy, weather)
+    write_timeseries(path, energy, weather, dc_system())
     with xr.open_dataset(path) as dataset:
         assert dataset["capacity_factor"].dims == ("time", "group")
-        assert dataset["group"].to_numpy().tolist() == ["_".join(group) for group in energy.groups]
-        np.testing.assert_allclose(dataset["capacity_factor"], energy.capacity_factor, atol=1e-7)
+        assert dataset["group"].to_numpy().tolist() == [*("_".join(group) for group in energy.groups), "all"]
+        np.testing.assert_allclose(dataset["capacity_factor"][:, :-1], energy.capacity_factor, atol=1e-7)
+        whole = np.average(energy.capacity_factor, axis=1, weights=energy.group_area)
+        np.testing.assert_allclose(dataset["capacity_factor"][:, -1], whole, atol=1e-7)
         times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
         assert (times == energy.times).all()
         assert (dataset["time_bounds"][:, 0].to_numpy() == dataset["time"].to_numpy()).all()
@@ -214,9 +217,9 @@ def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
         group_count=np.empty(0, int),
         capacity_factor=np.empty((len(energy.times), 0)),
     )
-    write_timeseries(tmp_path / "none.nc", none, weather)
+    write_timeseries(tmp_path / "none.nc", none, weather, dc_system())
     with xr.open_dataset(tmp_path / "none.nc") as data:
-        assert data.sizes["group"] == 0 and data["group"].dtype.kind in "OSU"
+        assert data["group"].to_numpy().tolist() == ["all"] and not data["capacity_factor"].any()
     with netCDF4.Dataset(tmp_path / "none.nc") as data:
         assert data["group"].dtype is str
 
@@ -235,7 +238,7 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
     good = tmp_path / "transfer.nc"
     write_transfer(good, transfer)
     content = good.read_bytes()
-    write_timeseries(tmp_path / "timeseries.nc", energy, weather)
+    write_timeseries(tmp_path / "timeseries.nc", energy, weather, dc_system())
     paths = [ERA5, tmp_path / "missing.nc", tmp_path, tmp_path / "timeseries.nc"]
     for name, part in (
         ("empty", b""),
