@@ -2,10 +2,10 @@
 
     python benchmarks/measured_yields.py [--weather climate|FILE]
 
-Each plant is a shed of 10 m on open ground whose roof has the plant's tilt and azimuth; the surroundings are not described,
-so nothing shades it. Nothing but the place and the plane is told to the program: module, mounting, losses, inverter and
-weather are the defaults. data/measured_yields.csv has the measured months, data/ATTRIBUTION.md their source; the result of
-2026 is results/measured_yields.md.
+Each plant is a shed of 10 m on open ground whose roof has the plant's tilt and azimuth; the surroundings are not
+described, so nothing shades it. Only place and plane are told to the program: module, mounting, losses, inverter
+and weather are the defaults. data/measured_yields.csv has the measured months, data/ATTRIBUTION.md their source,
+results/measured_yields.md the result.
 """
 
 import argparse
