@@ -102,7 +102,7 @@ def solve_dome(context, traced, first):
 
 
 def solve_source(context, traced, name, specular=None):
-    """Light of a source in the sky on the surfaces: SourceLight.
+    """Light of a source in the sky on the surfaces: SkyLight, and the same as SourceLight.
 
     Parameters
     ----------
@@ -116,4 +116,4 @@ def solve_source(context, traced, name, specular=None):
         factor = radiosity_factor(context.patches, traced.covered_share)
         found.add(specular.of_source(name, factor * found.by_replicate.mean(axis=1)))
     view = context.patch_to_surface @ first.light.mean(axis=1, dtype=float)
-    return SourceLight(view, found.mean, np.asarray(found.error.standard_error))
+    return found, SourceLight(view, found.mean, np.asarray(found.error.standard_error))

@@ -271,8 +271,9 @@ def add_errors(context, traced, watch, found, sky):
     first_bounce, steps = reflect_elements(context, traced, elements)
     by_replicate = multiply_elements(traced.form_factors, annual.propagated, traced.factor, context.threads)
     by_replicate += first_bounce + annual.lit_ground * traced.far_ground
-    if context.rounds:
+    if context.rounds or context.editable:
         annual.reflected = by_replicate.copy()
+    if context.rounds:
         annual.radiosity = radiosity_of_elements(context, traced, elements, annual.propagated)
     found.discretisation_error = estimate_discretisation_error(context, steps, by_replicate)
     found.covariance = squares @ covariance_of_replicates(by_replicate, sky)

@@ -21,7 +21,7 @@ from .prepare_scene import PreparedScene, prepare_scene
 from .rounds import keep_patches, with_patches
 from .solve_radiosity import Exchange, find_bounces, radiosity_factor
 from .solve_sky import solve_dome, solve_source
-from .solve_suns import SunTask, light_of_first_days, prepare_suns, solve_suns
+from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import Emitted, ErrorParts, TraceRecord, Transfer, note_interruption, variance_of_mean
@@ -37,6 +37,8 @@ class TracedCity:
     context: GatherContext
     traced: Traced
     task: SunTask
+    lights: dict  # of the sky, and of each source by its name: SkyLight
+    direct: SunLight
     transfer: Transfer
 
 
@@ -108,9 +110,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     if not context.editable:
         traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
     clock.lap("diffuse reflections")
-    sources = {}
+    sources, lights = {}, {SKY_DOME: diffuse}
     for source in plan.sources:
-        sources[source.name] = solve_source(context, traced, source.name, light)
+        lights[source.name], sources[source.name] = solve_source(context, traced, source.name, light)
         clock.lap(source.name)
     direct = solve_suns(context, traced, task, diffuse.by_replicate, folder=folder, specular=light)
     clock.lap("suns")
@@ -163,7 +165,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
-    found = TracedCity(prepared, context, traced, task, transfer)
+    found = TracedCity(prepared, context, traced, task, lights, direct, transfer)
     if prepared.round is None or transfer.record.interrupted:
         return found
     annual = direct.annual

@@ -12,7 +12,9 @@ from reliefs import hill, tin
 from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.light.difference import errors_of_difference
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
+from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
@@ -260,3 +262,45 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
         trace_edit(stopped, city)
     with pytest.raises(InputError, match="the base's site"):
         edit_light(base, place_city(city, replace(base.request, latitude=51.0)))
+
+
+def annual_light(transfer):
+    """Light of surfaces per DHI, and per DNI weighted with the suns: (2, n)."""
+    direct = transfer.visible_share * projection_in_front(transfer.surfaces.normal, transfer.suns.direction)
+    return np.stack([transfer.diffuse_relative, (direct + transfer.direct_reflected) @ transfer.suns.weight])
+
+
+@pytest.mark.slow
+def test_the_error_of_a_difference_is_its_scatter(base_of):
+    """A tower beside nine houses, with 16 seeds: noise that both cities share does not count."""
+    city, _ = base_of("houses")
+    change = Change(added=(make_city(box("tower", 13, -8, 5, 5, 0, 30)),))
+    request = replace(REQUEST, max_bounces=2, suns="days:4")
+    after, scene = edit_city(city, change), place_city(city, request)
+    weather, differences, stated, apart = read_year(scene.site, request), [], [], []
+    for seed in range(16):
+        base = trace_base(scene, weather, replace(request, seed=seed))
+        edited = trace_edit(base, after)
+        found, (old, new) = errors_of_difference(base, edited)
+        differences.append(annual_light(edited.transfer)[:, new] - annual_light(base.transfer)[:, old])
+        for errors, one in ((stated, found), (apart, base.transfer)):
+            errors.append([one.diffuse_relative_standard_error, one.direct_annual_standard_error])
+    counted = found.surfaces.eligible
+    scatter = np.var(differences, axis=0, ddof=1)[:, counted].mean(axis=1)
+    told, alone = (np.square(errors).mean(axis=0) for errors in (stated, apart))
+    ratio = np.sqrt(told[:, counted].mean(axis=1) / scatter)
+    assert (ratio > 0.8).all()
+    assert (ratio < 1.25).all()
+    assert (told[:, counted].mean(axis=1) < alone[:, old][:, counted].mean(axis=1)).all()
+
+
+def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
+    """Without reflections a house behind the others; with them all of a city that is edited into itself."""
+    city, base = base_of("houses")
+    same = trace_edit(base, edit_city(city, Change()))
+    assert same.transfer.record.hemisphere_rays == same.transfer.record.shadow_rays == 0
+    found, rows = errors_of_difference(base, same)
+    assert (rows[0] == rows[1]).all()
+    assert not (annual_light(same.transfer) - annual_light(base.transfer)).any()
+    assert not found.diffuse_relative_standard_error.any()
+    assert not found.direct_annual_standard_error.any()

@@ -1,0 +1,112 @@
+"""Errors of what an edit changes: the same rays, points and replicates before and after, whose noise cancels.
+
+Of a patch that both cities have, the noise of the difference is told from the differences of its replicates and points;
+a patch that only one of them has adds its own. So what no changed ray reaches differs by nothing, and without error.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .compare_cities import match_patches
+from .direct_errors import variance_of_neighbours
+from .merge_transfers import whole_error
+from .transfer import ErrorParts, SourceLight, take_rows, variance_of_mean
+
+
+def errors_of_difference(before, after):
+    """Transfer after an edit of the surfaces that both cities have, with the errors of the difference as its own.
+
+    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after less hours before.
+
+    Parameters
+    ----------
+    before, after : EditableCity
+
+    Returns
+    -------
+    transfer : Transfer
+        Of r surfaces.
+    rows : (2, r) int
+        Their rows before and after.
+    """
+    number = {name: row for row, name in enumerate(before.transfer.surfaces.surface_id)}
+    pairs = [(number[name], row) for row, name in enumerate(after.transfer.surfaces.surface_id) if name in number]
+    rows = np.array(pairs, int).reshape(-1, 2).T
+    found = difference_of_state(before.leaf, after.leaf, rows)
+    if before.bare or after.bare:
+        bare = difference_of_state(before.bare or before.leaf, after.bare or after.leaf, rows)
+        foliage = (after if after.bare else before).leaf.prepared.plan.foliage
+        found = replace(found, bare=bare, leaf_months=foliage.months)
+    return found, rows
+
+
+def difference_of_state(one, other, rows):
+    """The same of one state of the trees: Transfer.
+
+    Parameters
+    ----------
+    one, other : TracedCity
+    rows : (2, r) int
+    """
+    place, pairs = match_patches(one.prepared, other.prepared), (one, other)
+    row_of = []
+    for city, some in zip(pairs, rows, strict=True):
+        number = np.full(len(city.transfer.surfaces) + 1, -1)
+        number[some] = np.arange(len(some))
+        row_of.append(number[city.context.owner])
+    weights = [np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in pairs]
+
+    def add(values, variance):
+        """Variance of the surfaces' difference from that of patches, (p, k) of both cities."""
+        old, new = (weight * part for weight, part in zip(weights, values, strict=True))
+        both = (place >= 0) & (row_of[0][place] == row_of[1])
+        new[both] -= old[place[both]]
+        alone = np.ones(len(old), bool)
+        alone[place[both]] = False
+        total = np.zeros(rows.shape[1] + 1)
+        for members, of_patch in ((row_of[1], variance(new)), (row_of[0], np.where(alone, variance(old), 0))):
+            total += np.bincount(members % len(total), of_patch, len(total))  # the last one is for all others
+        return total[:-1]
+
+    def differ(field):
+        """Difference of a field of the errors of surfaces, of a light of both cities."""
+        return lambda lights: np.subtract(*(getattr(light.error, field)[some] for light, some in lights))
+
+    lights = {name: (one.lights[name], other.lights[name]) for name in other.lights}
+    lights |= {None: (one.direct, other.direct)}
+    transported, left = (
+        {name: differ(field)(list(zip(pair[::-1], rows[::-1], strict=True))) for name, pair in lights.items()}
+        for field in ("transported", "discretisation")
+    )
+    sky, *sources = other.lights
+    reflected = [light.annual.reflected for light in lights[None]]
+    reflected = [
+        np.zeros_like(light.by_replicate) if part is None else part
+        for part, light in zip(reflected, lights[sky], strict=True)
+    ]
+    by_replicate = {name: [light.by_replicate for light in lights[name]] for name in other.lights}
+    own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}
+    points = add([light.annual.by_point for light in lights[None]], variance_of_neighbours)
+    moved = add(reflected, variance_of_mean)
+    both = add([a + b for a, b in zip(reflected, by_replicate[sky], strict=True)], variance_of_mean)
+    own[None] = points + moved
+    if other.prepared.plan["specular"].on or one.prepared.plan["specular"].on:  # photons of both runs are independent
+        for name, pair in lights.items():
+            own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
+    error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
+    taken = take_rows(other.transfer, rows[1])
+    return replace(
+        taken,
+        diffuse_relative_standard_error=error[sky],
+        direct_annual_standard_error=error[None],
+        error_parts=ErrorParts(
+            diffuse_passed_on=transported[sky],
+            direct_passed_on=transported[None],
+            diffuse_discretisation=left[sky],
+            direct_discretisation=left[None],
+            covariance=(both - moved - own[sky]) / 2,
+            direct_points=points,
+        ),
+        sources={name: SourceLight(*list(vars(taken.sources[name]).values())[:2], error[name]) for name in sources},
+    )
