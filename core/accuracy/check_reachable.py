@@ -1,8 +1,8 @@
 """Whether a target of accuracy can be reached, told before the run from a pilot.
 
-    surfaces of a square in the middle of the city ─► error that the patch size leaves ──┐
+    a run of the whole city with few rays ─► error that the patch size leaves ───────────┐
                                                                                          ├─► more than the target?
-    patches of the whole city, the suns and every hour's ─► error by the choice of suns ─┘
+    some patches of the city, the suns    and every hour's ─► error by the choice of suns ─┘
 
 Both stay, whatever the number of rays. A target is said to be out of reach only where what stays, less its own standard
 error, exceeds it.
@@ -41,8 +41,8 @@ def check_reachable(inputs, progress=silent):
     if not np.any(inputs.scene.surfaces.eligible):
         return ""
     city = price_city(inputs, list(dict.fromkeys([request.suns, *BETTER])), progress, LOOKED_AT)
-    count, errors, fine = len(city.suns[request.suns]), {}, city.pilot.runs["fine"]
-    of_pilot = replace(request, samples=fine.samples, shadow_samples=fine.shadow_samples)
+    count, errors, run = len(city.suns[request.suns]), {}, city.pilot.run
+    of_pilot = replace(request, samples=run.samples, shadow_samples=run.shadow_samples)
     for way, suns in city.suns.items():
         if way != request.suns and len(suns) <= count:
             continue

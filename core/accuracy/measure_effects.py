@@ -16,7 +16,7 @@ from ..light.prepare_scene import reseed
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
-from .pilot import choose_neighbourhood, choose_pilot_suns, count_city, trace_part
+from .pilot import choose_pilot_suns, trace_part, traced_patches
 
 TRACED = (  # effects that change the light
     *("trees", "sky-rays", "shadow-rays", "terrain-horizon", "receivers", "reflections", "reflectors", "far-ground"),
@@ -24,6 +24,8 @@ TRACED = (  # effects that change the light
 )
 PAIRS = 3
 MOST = 1_000  # patches of the part
+INNER = 0.5  # of them lie in its inner part, whose surfaces count
+SUNS = "days:12"
 
 
 @dataclass
@@ -32,7 +34,6 @@ class PartLight:
 
     hours: np.ndarray  # (n,) full load hours of the city's surfaces times their area [h m²]; 0 outside the part
     seconds: np.ndarray  # (2,) [s] of processor time, before the suns and from then on
-    counts: tuple  # of `PilotRun`
     transfer: object  # of the surfaces of the part
 
 
@@ -55,15 +56,15 @@ def measure_effects(inputs, progress=silent):
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
     states = {key: one for key in TRACED if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
-    square, counted = choose_neighbourhood(inputs.prepared, MOST)
-    suns, found = choose_pilot_suns(inputs), {key: [] for key in states}
+    square, counted = choose_neighbourhood(inputs.prepared)
+    suns, found = choose_pilot_suns(inputs, SUNS), {key: [] for key in states}
     for pair in range(PAIRS):
         planned = trace_light(inputs, square, suns, pair)
         for done, (key, other) in enumerate(states.items(), start=pair * len(states)):
             progress("switching effects", done, PAIRS * len(states), "runs")
             found[key].append((planned, trace_light(other, square, suns, pair)))
-    whole = sum(count_city(inputs.prepared, square, planned.counts))
-    part_of_all = min(sum(planned.counts) / whole, 1.0) if whole else 1.0
+    traced = traced_patches(inputs.prepared)
+    part_of_all = float(square[traced].mean()) if traced.any() else 1.0
     more = np.array([1.0, len(inputs.prepared.suns) / len(suns)]) / part_of_all / usable_threads(request.threads)
     for key, pairs in found.items():
         effect = plan[key]
@@ -88,6 +89,46 @@ def replan(inputs, key=None):
     return inputs._replace(prepared=replace(prepared, plan=plan), request=request)
 
 
+def choose_neighbourhood(prepared, count=MOST):
+    """So many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
+
+    Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
+    part, as where the middle of a city is one large roof, those of the whole square count.
+    """
+    scene, traced = prepared.scene, traced_patches(prepared)
+    square = choose_square(scene, prepared.patches, traced, count)
+    within = square if square.all() else choose_square(scene, prepared.patches, traced, int(INNER * count))
+    counted = surfaces_of(scene, within)
+    return square, counted if (counted & scene.surfaces.eligible).any() else surfaces_of(scene, square)
+
+
+def surfaces_of(scene, patches):
+    """Surfaces of some patches: (n,) bool."""
+    found, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
+    found[own[patches & (own >= 0)]] = True
+    return found
+
+
+def choose_square(scene, patches, traced, count):
+    """Patches of surfaces and ground in a square that has about so many traced ones: (p,) bool.
+
+    Its middle is the median of the eligible patches.
+    """
+    own = scene.triangle_surface
+    corners = np.asarray(scene.vertices, float)[scene.triangles].mean(axis=1)[:, :2]
+    eligible = np.append(scene.surfaces.eligible, False)[own]
+    middle = np.median(corners[eligible if eligible.any() else traced], axis=0) if traced.any() else corners[:1].mean(0)
+    away = np.abs(corners - middle).max(axis=1)
+    # A surface lies where its patches do on average, and is taken as a whole.
+    surfaces = len(scene.surfaces)
+    area = np.bincount(own[own >= 0], patches.area[own >= 0], surfaces)
+    mean = np.bincount(own[own >= 0], (patches.area * away)[own >= 0], surfaces) / np.maximum(area, 1e-12)
+    distance = np.where(own >= 0, np.append(mean, 0)[own], away)
+    if traced.sum() <= count:
+        return np.ones(len(own), bool)
+    return distance <= np.sort(distance[traced])[count - 1]
+
+
 def trace_light(inputs, square, suns, pair):
     """Trace a part of a city with the random numbers of one pair: PartLight."""
     request, surfaces = inputs.request, inputs.scene.surfaces
@@ -98,7 +139,7 @@ def trace_light(inputs, square, suns, pair):
     area = np.where(energy.eligible, energy.counted_area, 0) if surfaces.eligible.any() else transfer.surfaces.area
     hours = np.zeros(len(surfaces))
     hours[part.surfaces] = np.nan_to_num(energy.full_load_hours) * area
-    return PartLight(hours, np.array(run.seconds), run.counts, transfer)
+    return PartLight(hours, np.array(run.seconds), transfer)
 
 
 def compare_light(on, off, unseen):

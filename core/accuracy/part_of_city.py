@@ -184,25 +184,3 @@ def take_plan(plan, taken, stand_ins, receivers):
     if found.receivers is not None:
         found.receivers[stand_ins] = receivers
     return found
-
-
-def spread_transfer(transfer, part, surfaces):
-    """Transfer of a part with rows for all Surfaces: those of others are dark, and covered."""
-    if len(transfer.surfaces) == len(surfaces):
-        return transfer
-
-    def spread(values, beyond=0):
-        found = np.zeros((len(surfaces), *values.shape[1:]), values.dtype)
-        if beyond:
-            found[:] = beyond
-        found[part.surfaces] = values
-        return found
-
-    wide = {name: spread(values) for name, values in vars(transfer).items() if isinstance(values, np.ndarray)}
-    wide["covered_share"] = spread(transfer.covered_share, 1)
-    sources = {
-        name: replace(light, **{field: spread(values) for field, values in vars(light).items()})
-        for name, light in transfer.sources.items()
-    }
-    unknown = dict.fromkeys(("material", "albedos", "error_parts"))
-    return replace(transfer, surfaces=surfaces, sources=sources, **wide | unknown)

@@ -1,22 +1,17 @@
-"""The pilot: a small real run, which shows what rays and accuracy cost on the user's own scene.
+"""The pilot: the whole city with few rays, which shows what rays and accuracy cost on the user's own scene.
 
-    whole city as obstacles ─► patches of a square in its middle ─► the ordinary tracer with few settings
-                                                                    fine    256 rays, 16 shadow points
-                                                                    points   64 rays, 16 shadow points
-                                                                    coarse   64 rays,  4 shadow points, 1 reflection
-                                                                    empty   as fine, of hardly a patch
+    whole city ─► the ordinary tracer with few rays and suns ─► errors of all surfaces; seconds of such a run
+    some of its patches ─► the same with more and with fewer ─► shares of patches, rays, points, products in them
 
-Light is passed on from neighbour to neighbour, so that errors need whole neighbourhoods: they are those of the surfaces
-in the inner half of the square, for what lies around the square sends no light. Seconds of the four runs follow
+Errors are those of every surface in its own surroundings, since light is passed on from neighbour to neighbour. Seconds
 
-    t = (fixed + patches + rays) + suns · (fixed + shadow points + products with the matrix of form factors)
+    t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form factors)
 
-whose costs are fitted, and multiplied with the patches, rays, points and suns of the whole city.
+follow from the run of the whole city, of which the others tell only how much each term takes.
 """
 
 import time
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +22,9 @@ from ..city.scene import Scene
 from ..effects.receivers import fewer_points, fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..light.prepare_scene import PreparedScene, reseed
+from ..light.prepare_scene import PreparedScene
+from ..light.solve_suns import COUNTING
 from ..light.trace_gather import trace_seasons
-from ..light.transfer import take_rows
 from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
@@ -39,19 +34,15 @@ from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
 from ..weather.weather import Weather
-from .part_of_city import keep_patches, spread_transfer
+from .part_of_city import keep_patches
 from .yield_errors import split_errors
 
-MOST, LEAST, SHARE = 4_000, 1_000, 0.25  # patches of the square: a share of those of the city
-INNER = 0.5  # of them lie in its inner part
-FEW = 64  # patches of the empty run
-REPEATED = 2_000  # patches of all repetitions of a run, up to four of a small city: errors of few surfaces scatter
-SUNS = "days:12"
-RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
-    "coarse": (64, 4, 1),
-    "points": (64, 16, None),
-    "fine": (256, 16, None),
-}
+SMALL = 8_000  # patches up to which the whole city is traced with as many rays as by default
+OF_SMALL, OF_LARGE = (256, 16, "days:12"), (32, 16, "days:4")  # rays, shadow points and suns for the whole city
+PART = 600  # patches that are traced more often
+RUNS = ((64, 4, 1), (64, 64, None), (1024, 16, None))  # of these: rays, points, reflections (None: those of the city)
+STAND_INS = 256  # for the others, of generated ground and of all else
+FEW = 64  # patches of a run that loads compiled code
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN = "plan and tree"  # stage that is measured with the scene, not with the pilot
 
@@ -67,28 +58,32 @@ class CityYear(NamedTuple):
 
 @dataclass
 class PilotRun:
-    """One of the runs."""
+    """One of the runs, or one whose seconds are to be predicted."""
 
     samples: int
     shadow_samples: int
     bounces: int
     suns: int
-    counts: tuple  # patches that got all rays, and others that got fewer
-    seconds: tuple  # [s] of processor time, before the suns and from then on
-    alone: float  # share of the processor time that the main thread spent, which no further thread makes shorter
-    last_bounce: float  # share of the last reflection of all light
-    errors: object = None  # YieldErrors of the surfaces that count; None of a run that is only timed
+    counts: tuple  # patches that get all rays, and others that get fewer
+    seconds: tuple = ()  # [s] of processor time, before the suns and of them
+    alone: float = 0.0  # share of the processor time that the main thread spent, which no further thread makes shorter
+    last_bounce: float = 0.0  # share of the last reflection of all light
 
 
 @dataclass
 class Pilot:
     """What the runs showed."""
 
-    runs: dict  # name -> PilotRun
-    transfer: object  # of the fine run, with rows for all surfaces: those outside the square are dark
-    costs: tuple  # (3,) and (3,) float64 [s] of processor time, of `terms_before_suns` and `terms_of_suns`
-    counts: tuple  # patches of the whole city, as of `PilotRun`
+    run: PilotRun  # of the whole city
+    transfer: object  # its Transfer
+    errors: object  # its YieldErrors
+    costs: tuple  # (2,) and (3,) float64 [s] of `terms_before_suns` and `terms_of_suns`, scaled to the whole city
     threads: int
+
+    def predict_seconds(self, run):
+        """Processor time of tracing a run [s], a PilotRun without seconds: float."""
+        works = terms_before_suns(run), terms_of_suns(run)
+        return sum(float(cost @ work) for cost, work in zip(self.costs, works, strict=True))
 
 
 def run_pilot(inputs, progress=silent):
@@ -103,47 +98,35 @@ def run_pilot(inputs, progress=silent):
     -------
     Pilot
     """
-    prepared, suns = inputs.prepared, choose_pilot_suns(inputs)
-    size = int(np.clip(SHARE * traced_patches(prepared).sum(), LEAST, MOST))
-    square, counted = choose_neighbourhood(prepared, size)
-    few = np.zeros(len(square), bool)
-    few[np.flatnonzero(square & traced_patches(prepared))[:FEW]] = True
-    trace_part(inputs, few, RUNS["fine"], suns)  # loads compiled code, so that none of the others does
-    empty, _, _ = trace_part(inputs, few, RUNS["fine"], suns)
-    runs = {}
-    times = int(np.clip(REPEATED // max((square & traced_patches(prepared)).sum(), 1), 1, 4))
-    for done, (name, setting) in enumerate(RUNS.items()):
-        progress("pilot", done, len(RUNS), "runs")
-        found, errors = [], []
-        for seed in range(inputs.request.seed, inputs.request.seed + times):
-            seeded = inputs._replace(prepared=reseed(prepared, seed))
-            run, transfer, part = trace_part(seeded, square, setting, suns)
-            found.append(run)
-            if name != "points":
-                errors.append(tell_errors(transfer, inputs, counted, part.surfaces))
-        seconds = tuple(min(run.seconds[stage] for run in found) for stage in (0, 1))
-        runs[name] = replace(run, seconds=seconds, errors=average_errors(errors) if errors else None)
-    progress("pilot", len(RUNS), len(RUNS), "runs")
-    rows = np.intersect1d(runs["coarse"].errors.rows, runs["fine"].errors.rows)
-    for name in ("coarse", "fine"):
-        runs[name].errors = runs[name].errors.take(np.isin(runs[name].errors.rows, rows))
-    timed = [empty, *runs.values()]
-    costs = tuple(
-        fit_costs(np.array([terms(run) for run in timed]), np.array([run.seconds[stage] for run in timed]))
-        for stage, terms in enumerate((terms_before_suns, terms_of_suns))
+    traced, weather, request = traced_patches(inputs.prepared), inputs.weather, inputs.request
+    *setting, way = OF_SMALL if traced.sum() <= SMALL else OF_LARGE
+    suns = choose_pilot_suns(inputs, way)
+    trace_part(inputs, take_evenly(traced, FEW), (*RUNS[0][:2], None), suns)  # loads compiled code, and is not timed
+    progress("pilot", 0, 1 + len(RUNS), "runs")
+    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns)
+    energy = compute_energy(
+        transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
     )
-    counts = count_city(prepared, square, runs["fine"].counts)
-    whole = spread_transfer(transfer, part, inputs.scene.surfaces)
-    return Pilot(runs | {"empty": empty}, whole, costs, counts, usable_threads(inputs.request.threads))
+    errors, parts = split_errors(transfer, weather, energy), []
+    for done, (samples, points, bounces) in enumerate(RUNS, start=1):
+        progress("pilot", done, 1 + len(RUNS), "runs")
+        limited = samples, points, run.bounces if bounces is None else min(bounces, run.bounces)
+        parts.append(trace_part(inputs, take_evenly(traced, PART), limited, suns, STAND_INS)[0])
+    progress("pilot", 1 + len(RUNS), 1 + len(RUNS), "runs")
+    costs = tuple(
+        fit_costs([terms(part) for part in parts], [part.seconds[stage] for part in parts], terms(run), spent)
+        for stage, (terms, spent) in enumerate(zip((terms_before_suns, terms_of_suns), run.seconds, strict=True))
+    )
+    return Pilot(run, transfer, errors, costs, usable_threads(request.threads))
 
 
-def choose_pilot_suns(inputs):
+def choose_pilot_suns(inputs, way):
     """Suns of the pilot's runs."""
     weather = inputs.weather
-    return progressive_order(choose_suns(SUNS, *weather.axis, position=weather.data))
+    return progressive_order(choose_suns(way, *weather.axis, position=weather.data))
 
 
-def trace_part(inputs, part, setting, suns):
+def trace_part(inputs, part, setting, suns, stand_ins=2_048):
     """Trace some patches of a city, all others still in the way of rays.
 
     Parameters
@@ -152,39 +135,38 @@ def trace_part(inputs, part, setting, suns):
     part : (p,) bool
         Patches that are traced.
     setting : tuple
-        Of RUNS.
+        Hemisphere rays, shadow points, reflections (None: as planned).
     suns : Suns
+    stand_ins : int
+        As of `keep_patches`.
 
     Returns
     -------
     PilotRun
-        Without errors.
     Transfer
         Of the surfaces of the part.
     PartOfCity
     """
-    samples, shadow_samples, most = setting
+    samples, shadow_samples, bounces = setting
     request = replace(inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
-    few = keep_patches(inputs.scene, inputs.prepared, part)
+    few = keep_patches(inputs.scene, inputs.prepared, part, stand_ins)
     patches, plan = few.prepared.patches, few.prepared.plan
     receives = patches.receives.copy()
     receives[: len(few.patches)] &= part[few.patches]
-    if most is not None and (plan.max_bounces is None or plan.max_bounces > most):
-        plan = replace(plan, max_bounces=most)
+    plan = plan if bounces is None else replace(plan, max_bounces=bounces)
     ready = replace(few.prepared, patches=replace(patches, receives=receives), plan=plan)
     started = time.thread_time()
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
         transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=silent, folder=None, prepared=ready)
     alone = time.thread_time() - started
-    records = [one.record for one in (transfer, transfer.bare) if one is not None]
-    of_suns = sum(record.processor_seconds["suns"] for record in records)
-    spent = sum(sum(record.processor_seconds.values()) - record.processor_seconds[PLAN] for record in records)
-    record = records[0]
+    stages = [one.record.processor_seconds for one in (transfer, transfer.bare) if one is not None]
+    of_suns = sum(one.get(stage, 0.0) for one in stages for stage in ("suns", COUNTING))
+    spent, record = sum(sum(one.values()) - one[PLAN] for one in stages), transfer.record
     run = PilotRun(
-        samples=samples,
-        shadow_samples=shadow_samples,
-        bounces=record.max_bounces,
-        suns=len(suns),
+        samples,
+        shadow_samples,
+        record.max_bounces,
+        len(suns),
         counts=count_patches(ready.patches, plan, record.hemisphere_rays, samples),
         seconds=(spent - of_suns, of_suns),
         alone=float(np.clip(alone / max(spent, 1e-9), 0, 1)),
@@ -193,77 +175,16 @@ def trace_part(inputs, part, setting, suns):
     return run, transfer, few
 
 
-def tell_errors(transfer, inputs, counted, known):
-    """YieldErrors of some surfaces, with their rows in the whole city.
-
-    Parameters
-    ----------
-    transfer : Transfer
-        Of a part of the city.
-    inputs : CityYear
-    counted : (n,) bool
-        Surfaces of the city that are asked for.
-    known : (k,) int
-        Those that the Transfer has.
-    """
-    rows, weather, request = np.flatnonzero(counted[known]), inputs.weather, inputs.request
-    part = take_rows(transfer, rows)
-    energy = compute_energy(part, weather, build_system(request), request.threads, sky=choose_sky(request, transfer))
-    errors = split_errors(part, weather, energy)
-    return replace(errors, rows=known[rows[errors.rows]])
-
-
-def average_errors(found):
-    """YieldErrors of the surfaces that several have, with their mean variances, of which each has few samples."""
-    rows = reduce(np.intersect1d, (one.rows for one in found))
-    found = [one.take(np.isin(one.rows, rows)) for one in found]
-    variance = {name: np.mean([one.variance[name] for one in found], axis=0) for name in found[0].variance}
-    return replace(found[0], variance=variance)
-
-
 def traced_patches(prepared):
     """Patches that send rays: (p,) bool."""
     return prepared.patches.receives & ~prepared.plan.unobstructed
 
 
-def choose_neighbourhood(prepared, count):
-    """So many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
-
-    Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
-    part, as where the middle of a city is one large roof, those of the whole square count.
-    """
-    scene, traced = prepared.scene, traced_patches(prepared)
-    square = choose_square(scene, prepared.patches, traced, count)
-    within = square if square.all() else choose_square(scene, prepared.patches, traced, int(INNER * count))
-    counted = surfaces_of(scene, within)
-    return square, counted if (counted & scene.surfaces.eligible).any() else surfaces_of(scene, square)
-
-
-def surfaces_of(scene, patches):
-    """Surfaces of some patches: (n,) bool."""
-    found, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
-    found[own[patches & (own >= 0)]] = True
-    return found
-
-
-def choose_square(scene, patches, traced, count):
-    """Patches of surfaces and ground in a square that has about so many traced ones: (p,) bool.
-
-    Its middle is the median of the eligible patches.
-    """
-    own = scene.triangle_surface
-    corners = np.asarray(scene.vertices, float)[scene.triangles].mean(axis=1)[:, :2]
-    eligible = np.append(scene.surfaces.eligible, False)[own]
-    middle = np.median(corners[eligible if eligible.any() else traced], axis=0) if traced.any() else corners[:1].mean(0)
-    away = np.abs(corners - middle).max(axis=1)
-    # A surface lies where its patches do on average, and is taken as a whole.
-    surfaces = len(scene.surfaces)
-    area = np.bincount(own[own >= 0], patches.area[own >= 0], surfaces)
-    mean = np.bincount(own[own >= 0], (patches.area * away)[own >= 0], surfaces) / np.maximum(area, 1e-12)
-    distance = np.where(own >= 0, np.append(mean, 0)[own], away)
-    if traced.sum() <= count:
-        return np.ones(len(own), bool)
-    return distance <= np.sort(distance[traced])[count - 1]
+def take_evenly(wanted, count):
+    """About so many of the wanted ones, evenly spread over their order: (p,) bool."""
+    rows, chosen = np.flatnonzero(wanted), np.zeros(len(wanted), bool)
+    chosen[rows[:: max(len(rows) // count, 1)]] = True
+    return chosen
 
 
 def whole_replicates(rays):
@@ -279,34 +200,39 @@ def count_patches(patches, plan, rays, samples):
     return full, round((rays - full * whole_replicates(samples)) / whole_replicates(fewer_rays(samples)))
 
 
-def count_city(prepared, square, counts):
-    """Patches of the whole city that get all rays, and fewer: two float.
-
-    Of the generated ground, of which only what a ray meets is traced, the same share as in the square.
-    """
-    traced, plan = traced_patches(prepared), prepared.plan
-    full = traced if plan.receivers is None else traced & plan.receivers
-    ground = traced & ~full & plan.optional if plan.reflectors else np.zeros(len(traced), bool)
-    others = traced & ~full & ~ground
-    met = (counts[1] - (others & square).sum()) / max((ground & square).sum(), 1)
-    return float(full.sum()), float(others.sum() + np.clip(met, 0, 1) * ground.sum())
-
-
 def terms_before_suns(run):
-    """What the costs before the suns are multiplied with: once, per patch, per ray: (3,) float64."""
+    """What the costs before the suns are multiplied with: per patch, per ray: (2,) float64."""
     rays = whole_replicates(run.samples), whole_replicates(fewer_rays(run.samples))
-    return np.array([1.0, sum(run.counts), np.dot(run.counts, rays)])
+    return np.array([1 + sum(run.counts), np.dot(run.counts, rays)])
 
 
 def terms_of_suns(run):
-    """The same of the suns: per sun, per shadow point, per product with an entry of the matrix: (3,) float64."""
+    """The same of the suns: per patch, per shadow point, per product with an entry of the matrix: (3,) float64."""
     points = run.shadow_samples, fewer_points(run.shadow_samples)
     entries = np.array([run.samples, fewer_rays(run.samples)]) ** MERGED
     products = np.dot(run.counts, entries) * (1 + run.bounces if run.bounces else 0)
-    return run.suns * np.array([1.0, np.dot(run.counts, points), products])
+    return run.suns * np.array([1 + sum(run.counts), np.dot(run.counts, points), products])
 
 
-def fit_costs(terms, seconds):
-    """Costs that are not negative and explain the seconds of some runs; relative deviations count alike."""
-    scale = np.maximum(seconds, 0.05 * max(seconds.max(), 1e-6))
-    return nnls(terms / scale[:, None], seconds / scale)[0]
+def fit_costs(terms, seconds, whole, spent):
+    """Costs in proportions that explain the seconds of some runs, none negative, and which add up to those of another.
+
+    Parameters
+    ----------
+    terms : list of (k,) float64
+    seconds : list of float
+        Relative deviations count alike.
+    whole : (k,) float64
+        Terms of the run of the whole city.
+    spent : float
+        Its seconds.
+
+    Returns
+    -------
+    (k,) float64
+    """
+    terms, seconds = np.array(terms), np.array(seconds)
+    scale = np.maximum(seconds, max(0.05 * seconds.max(), 1e-9))
+    found = nnls(terms / scale[:, None], seconds / scale)[0]
+    told = float(found @ whole)
+    return found * spent / told if told > 0 else np.append(spent / whole[0], np.zeros(len(whole) - 1))

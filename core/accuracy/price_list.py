@@ -13,14 +13,15 @@ import numpy as np
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree, prepare_scene
+from ..light.shadow_points import count_elements, points_above
 from ..light.transfer import take_rows
 from ..settings.presets import PRESETS
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
-from .pilot import CityYear, PilotRun, run_pilot, terms_before_suns, terms_of_suns
-from .sun_sampling import FEWER, LOOKED_AT, TracedYear, fill_untraced, measure_ways, name_groups
+from .pilot import CityYear, PilotRun, run_pilot
+from .sun_sampling import FEWER, LOOKED_AT, TracedYear, measure_ways, name_groups
 from .yield_errors import SAMPLED, SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -28,7 +29,7 @@ SAMPLES = (64, 256, 1024, 4096)
 POINTS = (4, 16, 64, 256)
 SIZES = (20.0, 10.0, 5.0)
 ROUNDED = 0.999  # of an edge that has just the patch size
-COARSEST = 0.3  # of the patches are left with larger ones, at least: small surfaces have one in any case
+SMALLEST = 2  # patches of a surface, whatever their size
 WRITING = 20e6  # [B/s] of tables and transfer.nc
 TIMED = 256, 2_048  # surfaces whose electricity is timed; tables are made for either
 
@@ -85,71 +86,73 @@ class PricedCity:
     checking: float  # [s] of measuring the sun sampling of a run
     electricity: float  # [s] for all surfaces
     patch_size: float | None
-    edges: np.ndarray  # (p,) float64 [m], longest of each patch
-    surfaces: int
+    prepared: object  # PreparedScene
 
     def predict_seconds(self, knobs):
         """Wall and processor time of tracing, and of writing what grows with the suns [s]: three float."""
-        growth = self.growth(knobs)
-        counts = tuple(growth * count for count in self.pilot.counts)
-        run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts, (), 0.0, 0.0)
-        works = terms_before_suns(run), terms_of_suns(run)
-        processor = knobs.rounds * sum(float(cost @ work) for cost, work in zip(self.pilot.costs, works, strict=True))
-        alone = self.pilot.runs["fine"].alone
+        pieces, full = self.pieces(knobs), self.prepared.plan.receivers
+        full = np.ones(len(pieces), bool) if full is None else full
+        growth = (pieces[some].mean() if some.any() else 1.0 for some in (full, ~full))
+        counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
+        run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts)
+        processor, alone = knobs.rounds * self.pilot.predict_seconds(run), self.pilot.run.alone
         wall = processor * (alone + (1 - alone) / self.pilot.threads)
-        return wall, processor, 8.0 * self.surfaces * knobs.suns / WRITING
+        return wall, processor, 8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING
 
     def predict_errors(self, knobs):
-        """YieldErrors of the surfaces of the pilot with other settings."""
-        fine, coarse = (self.pilot.runs[name] for name in ("fine", "coarse"))
-        few = knobs.shadow_samples <= coarse.shadow_samples  # patches are resolved into as many elements as points
-        rays = coarse if knobs.samples <= coarse.samples else fine
-        points = coarse if few else fine
-        passed_on = coarse if rays is points else fine
-        more = {
-            "rays": knobs.samples / rays.samples,
-            "shadows": knobs.shadow_samples / points.shadow_samples,
-            "passed_on": np.sqrt(knobs.samples * knobs.shadow_samples / (passed_on.samples * passed_on.shadow_samples)),
-        }
-        found = {"rays": rays, "shadows": points, "passed_on": passed_on, "discretisation": points}
-        growth = self.growth(knobs)  # a surface has as many more patches
-        variance = {name: run.errors.variance[name] / growth for name, run in found.items()}
-        for name, power in SAMPLED.items():
-            variance[name] /= more[name] ** power * knobs.rounds
-        variance["suns"] = (self.shares(knobs.way, "rms") * fine.errors.hours) ** 2
-        doubt = self.shares(knobs.way, "rms_standard_error") / np.maximum(self.shares(knobs.way, "rms"), 1e-9)
-        return replace(fine.errors, variance=variance, rounds=knobs.rounds, doubt=np.minimum(doubt, 1))
+        """YieldErrors of the city's surfaces with other settings."""
+        run, errors = self.pilot.run, self.pilot.errors
+        rays, points = knobs.samples / run.samples, knobs.shadow_samples / run.shadow_samples
+        # Others look at the suns in turn: more suns are more looks.
+        more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points * knobs.suns / run.suns)}
+        elements = [count_elements(points_above(one.shadow_samples)) for one in (knobs, run)]
+        variance = {name: errors.variance[name] / (more[name] ** SAMPLED[name] * knobs.rounds) for name in SAMPLED}
+        variance["discretisation"] = errors.variance["discretisation"] * elements[1] / elements[0]
+        owner, pieces = self.prepared.scene.triangle_surface, self.pieces(knobs)
+        patches, more = (np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces))
+        variance = {name: part * patches / more for name, part in variance.items()}
+        rms, doubt = (self.shares(knobs.way, part) for part in ("rms", "rms_standard_error"))
+        variance["suns"] = (rms * errors.hours) ** 2
+        doubt = np.minimum(doubt / np.maximum(rms, 1e-9), 1)
+        return replace(errors, variance=variance, rounds=knobs.rounds, doubt=doubt)
 
     def shares(self, way, part):
-        """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
-        names = name_groups(self.pilot.transfer.surfaces)[self.pilot.runs["fine"].errors.rows]
+        """Error of a choice of suns for each surface that has errors, as a share of its hours: (e,) float64."""
+        names = name_groups(self.pilot.transfer.surfaces)[self.pilot.errors.rows]
         measured = self.sampling[way]
         return np.array([measured.get("groups", {}).get(name, measured)[part] for name in names]) / 100
 
     def knobs_of(self, request, way):
         """Knobs of the settings of a run with some sun sampling."""
-        rays, bounces = (request.samples, request.shadow_samples), self.pilot.runs["fine"].bounces
+        rays, bounces = (request.samples, request.shadow_samples), self.pilot.run.bounces
         return Knobs(*rays, len(self.suns[way]), way, bounces, request.patch_size)
 
-    def growth(self, knobs):
-        """Number of patches over that of the pilot: finer ones come of halved edges, small ones stay as they are."""
+    def pieces(self, knobs):
+        """Patches that take the place of each of the pilot's with another patch size, about: (p,) float64.
+
+        With one, two or three long edges it is cut into two, three or four. Generated ground may have longer edges
+        away from buildings. Where sizes are larger, small surfaces stay as they are.
+        """
+        scene, own = self.prepared.scene, self.prepared.scene.triangle_surface + 1
+        found = np.ones(len(own))
         if None in (self.patch_size, knobs.patch_size):
-            return 1.0
+            return found
         if knobs.patch_size > self.patch_size:
-            return max((self.patch_size / knobs.patch_size) ** 2, COARSEST)
-        pieces = [
-            4.0 ** np.ceil(np.log2(np.maximum(ROUNDED * self.edges / size, 1)))
-            for size in (knobs.patch_size, self.patch_size)
-        ]
-        return float(pieces[0].sum() / pieces[1].sum())
+            share = (self.patch_size / knobs.patch_size) ** 2
+            return np.clip(SMALLEST / np.bincount(own), share, 1)[own]
+        corners = np.asarray(scene.vertices)[scene.triangles]
+        edges = ROUNDED * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        longest = np.maximum(edges.max(axis=1) - (self.patch_size - knobs.patch_size), knobs.patch_size)[:, None]
+        while (long := edges > longest).any():
+            found *= 1 + long.sum(axis=1)
+            edges /= 2
+        return found
 
     def left_by_bounces(self, bounces):
         """Share of the light that reflections after so many would add, about: it falls by the same factor each time."""
-        one, many = self.pilot.runs["coarse"], self.pilot.runs["fine"]
-        if not (one.last_bounce > 0 and many.bounces > one.bounces):
-            return one.last_bounce
-        factor = min((many.last_bounce / one.last_bounce) ** (1 / (many.bounces - one.bounces)), 0.99)
-        return one.last_bounce * factor ** (bounces - one.bounces + 1) / (1 - factor)
+        run = self.pilot.run
+        factor = min(run.last_bounce ** (1 / run.bounces), 0.99) if run.bounces else 0.0
+        return factor ** (bounces + 1) / (1 - factor)
 
 
 def price_city(inputs, ways, progress=silent, patches=FEWER):
@@ -167,7 +170,7 @@ def price_city(inputs, ways, progress=silent, patches=FEWER):
     pilot = run_pilot(inputs, progress)
     suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
-    traced = TracedYear(scene, weather, fill_untraced(pilot.transfer), request)
+    traced = TracedYear(scene, weather, pilot.transfer, request)
     measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=patches)
     # A run looks at more patches, under one choice of suns and every hour's.
     hours = len(weather.data) / 2
@@ -175,9 +178,7 @@ def price_city(inputs, ways, progress=silent, patches=FEWER):
     checking = (time.perf_counter() - started) * min(more, LOOKED_AT / patches)
     electricity = time_electricity(pilot.transfer, weather, request)
     sampling = dict(zip(suns, measured, strict=True))
-    corners = np.asarray(prepared.scene.vertices)[prepared.scene.triangles]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    return PricedCity(pilot, suns, sampling, checking, electricity, request.patch_size, edges, len(scene.surfaces))
+    return PricedCity(pilot, suns, sampling, checking, electricity, request.patch_size, prepared)
 
 
 def time_electricity(transfer, weather, request):

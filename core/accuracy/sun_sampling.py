@@ -1,6 +1,5 @@
 """What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.sun_sampling_error import PATCHES as LOOKED_AT
 from ..light.sun_sampling_error import trace_sun_samples
-from ..light.transfer import SourceLight, Transfer
+from ..light.transfer import Transfer
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import map_in_order, usable_threads
@@ -20,7 +19,6 @@ from ..sun.sun_sampling import choose_suns
 from ..weather.weather import Weather
 
 FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run
-FILLED = ("diffuse_relative", "sky_view_factor", "far_ground_view_factor")
 
 
 class TracedYear(NamedTuple):
@@ -106,41 +104,3 @@ def compare_hours(found, true, weight):
         "rms_standard_error": float((error**2).std() / np.sqrt(count) / max(2 * rms, 1e-9)),
         "patches": count,
     }
-
-
-def fill_untraced(transfer):
-    """Let surfaces without light of the sky have the mean light of those traced of their kind and orientation.
-
-    What single suns do is put in relation to all light, so that surfaces without the light of the sky would show too
-    large errors.
-
-    Parameters
-    ----------
-    transfer : Transfer
-        Of a part of a city.
-
-    Returns
-    -------
-    Transfer
-        For estimates only.
-    """
-    traced, area = transfer.diffuse_relative > 0, np.asarray(transfer.surfaces.area, float)
-    names = name_groups(transfer.surfaces)
-    if traced.all() or not traced.any():
-        return transfer
-
-    def fill(values):
-        """Values (n, …) with the mean over traced surfaces of the same name, or over all, where none was traced."""
-        values = np.asarray(values)
-        filled = values.copy()
-        for name in np.unique(names[~traced]):
-            alike = traced & (names == name)
-            alike = alike if alike.any() else traced
-            filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
-        return filled
-
-    sources = {
-        name: SourceLight(**{field: fill(values) for field, values in vars(light).items()})
-        for name, light in transfer.sources.items()
-    }
-    return replace(transfer, sources=sources, **{name: fill(getattr(transfer, name)) for name in FILLED})
