@@ -10,7 +10,6 @@ Errors are those of every surface in its own surroundings, since light is passed
 follow from the run of the whole city, of which the others tell only how much each term takes.
 """
 
-import time
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -29,7 +28,6 @@ from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
 from ..settings.request import Request
-from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
@@ -37,14 +35,14 @@ from ..weather.weather import Weather
 from .part_of_city import keep_patches
 from .yield_errors import split_errors
 
-SMALL = 8_000  # patches up to which the whole city is traced with as many rays as by default
+SMALL = 4_000  # patches up to which the whole city is traced with as many rays as by default
 OF_SMALL, OF_LARGE = (256, 16, "days:12"), (32, 16, "days:4")  # rays, shadow points and suns for the whole city
 PART = 600  # patches that are traced more often
 RUNS = ((64, 4, 1), (64, 64, None), (1024, 16, None))  # of these: rays, points, reflections (None: those of the city)
 STAND_INS = 256  # for the others, of generated ground and of all else
 FEW = 64  # patches of a run that loads compiled code
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
-PLAN = "plan and tree"  # stage that is measured with the scene, not with the pilot
+PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
 
 
 class CityYear(NamedTuple):
@@ -66,7 +64,7 @@ class PilotRun:
     suns: int
     counts: tuple  # patches that get all rays, and others that get fewer
     seconds: tuple = ()  # [s] of processor time, before the suns and of them
-    alone: float = 0.0  # share of the processor time that the main thread spent, which no further thread makes shorter
+    pace: float = 1.0  # wall time over processor time: by threads that share the work, and by other work that waits
     last_bounce: float = 0.0  # share of the last reflection of all light
 
 
@@ -78,12 +76,12 @@ class Pilot:
     transfer: object  # its Transfer
     errors: object  # its YieldErrors
     costs: tuple  # (2,) and (3,) float64 [s] of `terms_before_suns` and `terms_of_suns`, scaled to the whole city
-    threads: int
 
     def predict_seconds(self, run):
-        """Processor time of tracing a run [s], a PilotRun without seconds: float."""
+        """Wall and processor time of tracing a run [s], a PilotRun without seconds: two float."""
         works = terms_before_suns(run), terms_of_suns(run)
-        return sum(float(cost @ work) for cost, work in zip(self.costs, works, strict=True))
+        processor = sum(float(cost @ work) for cost, work in zip(self.costs, works, strict=True))
+        return processor * self.run.pace, processor
 
 
 def run_pilot(inputs, progress=silent):
@@ -101,23 +99,27 @@ def run_pilot(inputs, progress=silent):
     traced, weather, request = traced_patches(inputs.prepared), inputs.weather, inputs.request
     *setting, way = OF_SMALL if traced.sum() <= SMALL else OF_LARGE
     suns = choose_pilot_suns(inputs, way)
-    trace_part(inputs, take_evenly(traced, FEW), (*RUNS[0][:2], None), suns)  # loads compiled code, and is not timed
-    progress("pilot", 0, 1 + len(RUNS), "runs")
-    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns)
-    energy = compute_energy(
-        transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
-    )
-    errors, parts = split_errors(transfer, weather, energy), []
-    for done, (samples, points, bounces) in enumerate(RUNS, start=1):
+
+    done = 0
+
+    def tell(*_):
         progress("pilot", done, 1 + len(RUNS), "runs")
+
+    told = {"stand_ins": STAND_INS, "progress": tell}
+    trace_part(inputs, take_evenly(traced, FEW), (*RUNS[0][:2], None), suns, **told)  # loads compiled code, untimed
+    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns, **told)
+    sky = choose_sky(request, transfer)
+    energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
+    part, parts = take_evenly(traced, PART), []
+    for done, (samples, points, bounces) in enumerate(RUNS, start=1):  # noqa: B007, as `tell` reads it
         limited = samples, points, run.bounces if bounces is None else min(bounces, run.bounces)
-        parts.append(trace_part(inputs, take_evenly(traced, PART), limited, suns, STAND_INS)[0])
+        parts.append(trace_part(inputs, part, limited, suns, **told)[0])
     progress("pilot", 1 + len(RUNS), 1 + len(RUNS), "runs")
     costs = tuple(
-        fit_costs([terms(part) for part in parts], [part.seconds[stage] for part in parts], terms(run), spent)
+        fit_costs([terms(one) for one in parts], [one.seconds[stage] for one in parts], terms(run), spent)
         for stage, (terms, spent) in enumerate(zip((terms_before_suns, terms_of_suns), run.seconds, strict=True))
     )
-    return Pilot(run, transfer, errors, costs, usable_threads(request.threads))
+    return Pilot(run, transfer, split_errors(transfer, weather, energy), costs)
 
 
 def choose_pilot_suns(inputs, way):
@@ -126,7 +128,7 @@ def choose_pilot_suns(inputs, way):
     return progressive_order(choose_suns(way, *weather.axis, position=weather.data))
 
 
-def trace_part(inputs, part, setting, suns, stand_ins=2_048):
+def trace_part(inputs, part, setting, suns, *, stand_ins=2_048, progress=silent):
     """Trace some patches of a city, all others still in the way of rays.
 
     Parameters
@@ -139,6 +141,7 @@ def trace_part(inputs, part, setting, suns, stand_ins=2_048):
     suns : Suns
     stand_ins : int
         As of `keep_patches`.
+    progress : callable
 
     Returns
     -------
@@ -155,13 +158,14 @@ def trace_part(inputs, part, setting, suns, stand_ins=2_048):
     receives[: len(few.patches)] &= part[few.patches]
     plan = plan if bounces is None else replace(plan, max_bounces=bounces)
     ready = replace(few.prepared, patches=replace(patches, receives=receives), plan=plan)
-    started = time.thread_time()
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
-        transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=silent, folder=None, prepared=ready)
-    alone = time.thread_time() - started
-    stages = [one.record.processor_seconds for one in (transfer, transfer.bare) if one is not None]
-    of_suns = sum(one.get(stage, 0.0) for one in stages for stage in ("suns", COUNTING))
-    spent, record = sum(sum(one.values()) - one[PLAN] for one in stages), transfer.record
+        transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=progress, folder=None, prepared=ready)
+    records = [one.record for one in (transfer, transfer.bare) if one is not None]
+    spent, wall = (
+        sum(sum(stages.values()) - stages[PLAN] for stages in found)
+        for found in zip(*((one.processor_seconds, one.seconds) for one in records), strict=True)
+    )
+    of_suns, record = sum(one.processor_seconds.get(stage, 0.0) for one in records for stage in SUNS), records[0]
     run = PilotRun(
         samples,
         shadow_samples,
@@ -169,7 +173,7 @@ def trace_part(inputs, part, setting, suns, stand_ins=2_048):
         len(suns),
         counts=count_patches(ready.patches, plan, record.hemisphere_rays, samples),
         seconds=(spent - of_suns, of_suns),
-        alone=float(np.clip(alone / max(spent, 1e-9), 0, 1)),
+        pace=wall / max(spent, 1e-3),
         last_bounce=max(record.last_bounce_share_diffuse, record.last_bounce_share_direct),
     )
     return run, transfer, few
@@ -193,11 +197,15 @@ def whole_replicates(rays):
 
 
 def count_patches(patches, plan, rays, samples):
-    """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two int."""
-    if plan.receivers is None:
-        return round(rays / whole_replicates(samples)), 0
-    full = int((patches.receives & ~plan.unobstructed & plan.receivers).sum())
-    return full, round((rays - full * whole_replicates(samples)) / whole_replicates(fewer_rays(samples)))
+    """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two float.
+
+    Some of either turn out to be covered, and ground to be unseen: they send none.
+    """
+    sends = patches.receives & ~plan.unobstructed
+    full = sends if plan.receivers is None else sends & plan.receivers
+    counts = np.array([full.sum(), (sends & ~full).sum()], float)
+    most = counts @ [whole_replicates(samples), whole_replicates(fewer_rays(samples))]
+    return tuple(counts * rays / max(most, 1))
 
 
 def terms_before_suns(run):

@@ -95,8 +95,7 @@ class PricedCity:
         growth = (pieces[some].mean() if some.any() else 1.0 for some in (full, ~full))
         counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
         run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts)
-        processor, alone = knobs.rounds * self.pilot.predict_seconds(run), self.pilot.run.alone
-        wall = processor * (alone + (1 - alone) / self.pilot.threads)
+        wall, processor = (knobs.rounds * one for one in self.pilot.predict_seconds(run))
         return wall, processor, 8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING
 
     def predict_errors(self, knobs):

@@ -165,6 +165,7 @@ def add_json(*parsers):
 
 def run_simulate(options):
     """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
+    log = make_log(options)  # a time budget begins here: before anything large is imported or compiled
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
@@ -180,7 +181,7 @@ def run_simulate(options):
                 exports=tuple(name for name in command.EXPORTS if getattr(options, name)),
                 draw=partial(options.draw, pictures=pictures) if pictures else None,
             ),
-            log=make_log(options),
+            log=log,
             cluster=cluster_settings(options.cluster, options.tile),
             free=free_settings(settings_of_options(options)),
         )

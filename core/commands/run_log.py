@@ -6,6 +6,7 @@ import time
 
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of
+from ..settings.presets import PRESETS
 from ..settings.progress import Clock, TerminalProgress, silent
 from ..weather.weather import describe_distance
 
@@ -79,23 +80,25 @@ def describe_overrun(request, log, record):
     took = time.monotonic() - log.started
     if request.time_budget is None or took <= request.time_budget:
         return []
-    reading = sum(log.clock.seconds.get(stage, 0.0) for stage in ("read city", "read weather"))
+    reading = sum(log.clock.seconds.get(stage, 0.0) for stage in ("start", "read city", "read weather"))
     tracing = sum(record.seconds.values())
     planning = max(log.clock.seconds.get("trace", 0.0) - tracing, 0.0)
     writing = max(took - reading - planning - tracing, 0.0)
-    traced = f"{tracing:.1f} s for tracing" + (
-        " a single round, which is always finished" if record.rounds == 1 else ""
-    )
-    parts = (
-        f"{reading:.1f} s for reading",
-        f"{planning:.1f} s for the plan and checks of accuracy",
-        traced,
-        f"{writing:.1f} s for electricity and files",
-    )
-    return [
-        f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {', '.join(parts)}",
-        "  a larger --patch-size and --preset draft take less",
-    ]
+    whole = " a single round, which is always finished" if record.rounds == 1 else ""
+    parts = {
+        "starting and reading": reading,
+        "the plan and checks of accuracy": planning,
+        f"tracing{whole}": tracing,
+        "electricity and files": writing,
+    }
+    words = ", ".join(f"{seconds:.1f} s for {part}" for part, seconds in parts.items())
+    draft = PRESETS["draft"]
+    finer = request.samples > draft["samples"] or request.shadow_samples > draft["shadow_samples"]
+    if planning > tracing:
+        advice = "settings that are given, such as --preset draft, need no pilot"
+    else:
+        advice = f"a larger --patch-size{' and --preset draft take' if finer else ' takes'} less"
+    return [f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}", f"  {advice}"]
 
 
 def describe_scene(scene):

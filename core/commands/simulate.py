@@ -101,6 +101,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         Ctrl-C at any other time: nothing is written.
     """
     log, output = log or RunLog(None), output or Output()
+    log.clock.lap("start")
     check_tracing(request)
     check_cluster_settings(cluster, request)
     with whole_folder(folder, output.overwrite) as work:

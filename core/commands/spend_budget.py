@@ -24,6 +24,7 @@ CHOICES = {  # what each free setting may be, cheapest first
 }
 
 FIRST = 0.9  # of the time left, for the first round at most
+PLANNING = 0.5  # of the time left, for planning at most: a pilot that takes longer is given up
 FINE = 256, 16  # rays and points from which rounds are adaptive
 
 
@@ -62,11 +63,16 @@ def spend_budget(scene, weather, request, free, log):
     """
     if request.estimator == "forward":  # its photons have no prices
         return request
-    deadline = log.started + request.time_budget
-    if deadline < time.monotonic():
-        return take(request, {name: CHOICES[name][0] for name in free}, log, "the time is up: the cheapest settings")
+    deadline, cheapest = log.started + request.time_budget, {name: CHOICES[name][0] for name in free}
+    left = deadline - time.monotonic()
+    if left < 0:
+        return take(request, cheapest, log, "the time is up: the cheapest settings")
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
-    offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, log.progress)
+    progress = stop_at(deadline - (1 - PLANNING) * left, log.progress)
+    try:
+        offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, progress)
+    except PlanningTooLongError:
+        return take(request, cheapest, log, "the cheapest settings, since the pilot takes half of the time")
     left = deadline - time.monotonic() - finishing
     chosen = choose_offer(offers, left, request.target_error)
     why = f"with {chosen.seconds:.1f} s for the first of the rounds in {left:.0f} s"
@@ -76,6 +82,21 @@ def spend_budget(scene, weather, request, free, log):
     elif np.isfinite(error := chosen.error_in(left)):
         why += f", predicted {error:.2f} % on 95 % of the eligible area"
     return take(request, {name: chosen.settings[name] for name in free}, log, why)
+
+
+class PlanningTooLongError(Exception):
+    """Planning takes more than its part of the time."""
+
+
+def stop_at(moment, progress):
+    """A progress report that raises PlanningTooLongError after some `time.monotonic()`."""
+
+    def report(*told):
+        if time.monotonic() > moment:
+            raise PlanningTooLongError
+        progress(*told)
+
+    return report
 
 
 def take(request, settings, log, why):
