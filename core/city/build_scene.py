@@ -12,7 +12,7 @@ from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
 from .crowns import build_crowns, normals_of
-from .find_ground import find_hanging
+from .find_ground import find_ground, find_hanging
 from .find_sheets import find_sheets
 from .find_twins import find_twins
 from .grid_cells import split_into_cells
@@ -110,6 +110,7 @@ def build_scene(
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
+    _name_ground(scene)
     placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
@@ -169,6 +170,19 @@ def _note_faults(shape, drawn, surfaces, report):
     torn = "triangles do not match the area (crossing or strongly bent outline)"
     for reason, found in ((DRAWN_TWICE, twins), (torn, lost)):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(found)])
+
+
+def _name_ground(scene):
+    """Give surfaces that nothing names, but most of the city stands on, the kind ground, and report them."""
+    surfaces, found = scene.surfaces, np.unique(scene.triangle_surface[find_ground(scene)])
+    rows = found[surfaces.kind[found] != "ground"]
+    if len(rows):
+        surfaces.kind[rows], surfaces.orientation[rows], surfaces.eligible[rows] = "ground", "none", False
+        names = ", ".join(dict.fromkeys(surfaces.building_id[k] for k in rows[:5]))
+        scene.report.notes.append(
+            f"Ground: {names} ({surfaces.area[rows].sum():,.0f} m²) has no class and most of the city stands on it; it "
+            "carries no modules and has the ground's albedo."
+        )
 
 
 def _note_sheets(scene):

@@ -1,6 +1,6 @@
 """Which triangles are ground, and what lies on it: footprints, floors at rest, undersides that hang.
 
-Ground is classified, generated, or an unclassified mesh on which everything stands. Whether a building stands on it
+Ground is classified, generated, or an unclassified mesh on which most stands. Whether a building stands on it
 follows from its feet (`find_feet`). If not, it may still rest on something, as a tower does on its podium. Rays go
 straight down from each triangle: if it rests on something, the next upward face is close below; if a ray hits a back,
 the triangle is inside something.
@@ -15,13 +15,15 @@ from .triangulate_feet import heights_on
 
 AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
+BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
 
 
 def find_ground(scene):
     """Triangles of the ground.
 
-    Many meshes have no classes. A "building" is the ground if all of its faces point up, it covers at least half of the
-    city's bounds, and at least half of the other buildings rise above it.
+    Many meshes have no classes. A "building" without any is the ground if all of its faces point up, it covers at least
+    half of the city's bounds, and most of what the others show to the side and upwards stands above it: of a roof drawn
+    by itself, or the deck of a podium, the walls of its own house stand below it or beside it.
 
     Parameters
     ----------
@@ -48,9 +50,11 @@ def find_ground(scene):
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
     lowest = np.full(building.max() + 1, np.inf)
     np.minimum.at(lowest, building[own], upward[own])
+    classes = np.append(np.asarray(scene.surfaces.thematic, str) != "", True)[surface]
+    lowest[building[own & classes]] = 0
     spanned = np.bincount(building[own], upward[own] / 2)
     for sheet in np.flatnonzero((lowest > 0) & (lowest < np.inf) & (spanned >= max(SPANNED * whole, 1e-12))):
-        if carries_most(vertices, triangles[building == sheet], vertices[triangles[own]], building[own] - sheet):
+        if carries_most(vertices, triangles[building == sheet], vertices[triangles[own & (building != sheet)]]):
             ground |= building == sheet
     return ground
 
@@ -65,8 +69,8 @@ def plan_areas(vertices, triangles):
     return upward
 
 
-def carries_most(vertices, sheet, corners, other):
-    """Whether at least half of the other buildings rise above a mesh.
+def carries_most(vertices, sheet, corners):
+    """Whether most of the area of some faces has a mesh straight below the place before its middle.
 
     Parameters
     ----------
@@ -74,19 +78,15 @@ def carries_most(vertices, sheet, corners, other):
     sheet : (k, 3) int
         Triangles of the mesh.
     corners : (t, 3, 3) float64 [m]
-        Triangles of all buildings.
-    other : (t,) int
-        Number of the building of each triangle, 0 for the mesh itself.
+        The faces; those that face down, as floors and undersides, do not count.
     """
-    corners, other = corners[other != 0], other[other != 0]
-    if not len(other):
-        return False
-    # The highest corner of each building.
-    points, owner = corners.reshape(-1, 3), np.repeat(other, 3)
-    order = np.lexsort([-points[:, 2], owner])
-    tops = points[order[np.unique(owner[order], return_index=True)[1]]]
-    above = height_below(vertices, sheet, tops, tops[:, 2]) > -np.inf
-    return 2 * above.sum() >= len(above)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    shown = (area > 0) & (normal[:, 2] > -np.sin(np.radians(1)) * area)
+    corners, normal, area = corners[shown], normal[shown], area[shown]
+    places = corners.mean(axis=1) + BEFORE * normal / area[:, None]
+    above = height_below(vertices, sheet, places, places[:, 2]) > -np.inf
+    return 2 * area[above].sum() > area.sum()
 
 
 def height_below(vertices, triangles, points, start):

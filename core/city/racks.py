@@ -13,7 +13,6 @@ from ..settings.errors import InputError
 from .build_scene import DRAWN_TWICE
 from .city import whole_of_cell
 from .classify import classify, measure_tilt
-from .find_ground import find_ground
 from .locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons
@@ -182,7 +181,7 @@ def find_flat_roofs(scene, city, least):
     area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
     kind = classify(area, *measure_tilt(normal), city.thematic)[0]
     twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
-    ground = np.unique(scene.triangle_surface[find_ground(scene) & (scene.triangle_surface >= 0)])
+    ground = np.flatnonzero(scene.surfaces.kind == "ground")
     left_out = twice | {whole_of_cell(scene.surfaces.surface_id[surface]) for surface in ground}
     open_ = (np.array(city.thematic) != "ClosureSurface") & ~np.isin(city.surface_id, list(left_out))
     return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]

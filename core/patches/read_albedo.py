@@ -95,8 +95,7 @@ def name_brdfs(scene, request):
 
     In order of precedence: the albedo file's line for the surface, its line for the surface's material, the material
     itself (from `request.materials` or, with `request.file_materials`, from the city's files), the albedo file's line
-    for the kind, `request.albedo`. A cell ``id#k`` takes the line of ``id``. Generated ground takes the ground albedo,
-    unless it has a material or the file has a line for the kind `ground`.
+    for the kind, `request.albedo`, or of ground `request.ground_albedo`. A cell ``id#k`` takes the line of ``id``.
 
     Returns
     -------
@@ -122,14 +121,13 @@ def name_brdfs(scene, request):
     of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
     of_material = {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in of_name.items()}
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
-    plain = dict.fromkeys([*kinds, "ground"], Found("--albedo", "", "", Lambertian(request.albedo)))
+    plain = dict.fromkeys(kinds, Found("--albedo", "", "", Lambertian(request.albedo)))
+    plain["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
     of_kind = plain | {kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)}
     found = []
     for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
         own = of_key.get(name) or of_key.get(parent)
         found.append(Found(FILE, "", *own) if own else of_material.get(material, of_kind[kind]))
-    if "ground" not in of_key:
-        of_kind["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
     return [*found, of_material.get(request.ground_material, of_kind["ground"])]
 
 

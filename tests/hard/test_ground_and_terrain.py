@@ -12,7 +12,9 @@ from towns import city_of_polygons, draw_town, moved
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.find_ground import find_ground
 from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
@@ -64,19 +66,45 @@ def test_a_cellar_under_ground_without_a_name(slope, thematic):
     assert transfer.visible_share[WEST, 1] == pytest.approx(1 - buried[WEST], abs=0.02)
 
 
-def test_what_is_no_ground():
-    """A roof over everything, a mesh that lies beside the town, and one that looks both ways."""
-    ground = mesh(lambda x, y: 0 * x, cells=4)
-    sides = house((-5, -5, 0), (5, 5, 10))
-    for sheet, expected in (
-        (ground, True),
-        ([moved(points, [0, 0, 30]) for points in ground], False),
-        ([moved(0.001 * points, [50, 50, 0]) for points in ground], False),
-        ([*ground, moved(ground[0][::-1], [0, 0, -1])], False),
-    ):
-        city = city_of_polygons([*sheet, *sides], building=[0] * len(sheet) + [1] * 6)
-        found = find_ground(build_scene(city, 52, 13, ground="none", patch_size=None))
-        assert found[: 2 * len(ground)].all() == found.any() == expected
+BLOCK = [house((x, y, 0), (x + 12, y + 12, 9)) for x in (-40, 0, 40) for y in (-40, 0, 40)]
+SHEET = [np.array([[-90, -90, 0], [90, -90, 0], [90, 90, 0], [-90, 90, 0.0]])]  # of 180 m
+HALL = house((-50, -50, 0), (60, 60, 6))
+PENTHOUSE, CHIMNEY = house((0, 0, 6), (20, 20, 9)), house((40, 40, 6), (41, 41, 8))
+SHEETS = {  # objects, and which of them are ground
+    "a sheet under a block": ([SHEET, *BLOCK], {0}),
+    "a mesh of squares": ([mesh(lambda x, y: 0 * x, across=90, cells=4), *BLOCK], {0}),
+    "on a slope, with cellars": ([mesh(lambda x, y: 0.05 * x, across=90), *([moved(one, [0, 0, -2]) for one in part]
+                                  for part in BLOCK)], {0}),
+    "with streets above it": ([SHEET, [moved(one, [0, 0, 0.05]) * [1, 0.05, 1] for one in SHEET], *BLOCK], {0}),
+    "a roof over everything": ([[moved(one, [0, 0, 30]) for one in SHEET], *BLOCK], set()),
+    "beside the town": ([[moved(0.001 * one, [200, 200, 0]) for one in SHEET], *BLOCK], set()),
+    "looks both ways": ([[*SHEET, moved(SHEET[0][::-1], [0, 0, -1])], *BLOCK], set()),
+    "roof, walls and what stands on the roof, each an object": ([HALL[:1], HALL[2:], PENTHOUSE, CHIMNEY], set()),
+    "a low slab": ([house((-90, -90, -0.3), (90, 90, 0)), *BLOCK], set()),
+    "a podium": ([house((-90, -90, -5), (90, 90, 0)), *BLOCK], set()),
+    "the deck of a car park, closed below": ([house((-60, -60, -3), (60, 60, 0)), *BLOCK], set()),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_which_sheet_is_the_ground(name):
+    """It has the kind of ground, carries no modules and takes the ground's albedo; a flat roof stays one."""
+    objects, expected = SHEETS[name]
+    building = [number for number, part in enumerate(objects) for _ in part]
+    city = city_of_polygons([face for part in objects for face in part], building=building)
+    scene = build_scene(city, 52, 13, ground="none", patch_size=None)
+    named = scene.surfaces.kind == "ground"
+    assert set(np.array(building)[named]) == expected and named[np.isin(building, list(expected))].all()
+    assert not scene.surfaces.eligible[named].any() and (scene.surfaces.orientation[named] == "none").all()
+    assert (find_ground(scene) == named[scene.triangle_surface]).all()
+    albedo = albedo_of_triangles(scene, Request(albedo=0.4, ground_albedo=0.1))
+    assert (albedo == np.where(named, 0.1, 0.4)[scene.triangle_surface]).all()
+
+
+def test_a_classified_roof_is_never_ground():
+    faces = [face for part in (SHEET, *BLOCK) for face in part]
+    city = city_of_polygons(faces, ["RoofSurface"] + [""] * 54, [0] + [1] * 54)
+    assert not (build_scene(city, 52, 13, ground="none", patch_size=None).surfaces.kind == "ground").any()
 
 
 # Measured terrain
