@@ -210,7 +210,7 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
     return trace_editable(prepared, suns, request, progress, specular=specular_of)
 
 
-def trace_edit(base, city, progress=silent, *, request=None):
+def trace_edit(base, city, progress=silent, *, request=None, preview=None):
     """Trace an edited City (`city.edit_city`) from what is known of the one before: EditableCity.
 
     Parameters
@@ -221,6 +221,8 @@ def trace_edit(base, city, progress=silent, *, request=None):
         See `core.progress`.
     request : Request, optional
         With other materials than those of the base.
+    preview : callable, optional
+        As of `edit_light`: annual light before each sun is solved.
 
     Raises
     ------
@@ -229,7 +231,7 @@ def trace_edit(base, city, progress=silent, *, request=None):
         As of `edit_light`.
     """
     scene = stand_city(city, request or base.request, site=base.transfer.site)
-    return edit_light(base, scene, progress, request=request)
+    return edit_light(base, scene, progress, request=request, preview=preview)
 
 
 def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):

@@ -88,7 +88,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, specular)
 
 
-def edit_light(base, scene, progress=silent, *, request=None):
+def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     """Trace an edited city from what is known of the city before.
 
     Parameters
@@ -99,6 +99,10 @@ def edit_light(base, scene, progress=silent, *, request=None):
     progress : callable, optional
     request : Request, optional
         With other materials than the base's.
+    preview : callable, optional
+        `preview(diffuse, direct)` gets the light of the edited city's surfaces per DHI, and per DNI as the sum over the
+        suns by their weights, both (n,), before each sun is solved; of a city with deciduous trees first in leaf, then
+        bare. Light by way of mirrors is in the first only.
 
     Returns
     -------
@@ -117,7 +121,7 @@ def edit_light(base, scene, progress=silent, *, request=None):
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
     prepared = build_tree(prepare_edit(base, scene, request), request)
-    known = Known(base.leaf, prepared), Known(base.bare or base.leaf, prepared)
+    known = [Known(one, prepared, preview) for one in (base.leaf, base.bare or base.leaf)]
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
 
 
@@ -153,10 +157,12 @@ class Known:
     before : TracedCity
     prepared : PreparedScene
         Of the edited city, with its tree.
+    preview : callable, optional
+        As of `edit_light`.
     """
 
-    def __init__(self, before, prepared):
-        self.before, self.prepared = before, prepared
+    def __init__(self, before, prepared, preview=None):
+        self.before, self.prepared, self.preview = before, prepared, preview
         self.place = match_patches(before.prepared, prepared)  # (p,) int, of the patch before; -1: it is new
         self.after = np.full(len(before.prepared.patches), -1)  # (o,) int, the other way round
         self.after[self.place[self.place >= 0]] = np.flatnonzero(self.place >= 0)

@@ -146,6 +146,27 @@ def light_of_first_days(context, traced, task):
     return first, reflected
 
 
+def annual_light(context, traced, task):
+    """Light of surfaces under all suns by their weights, reflections included: (n,) float64 [per DNI].
+
+    Suns are looked at, for all that follows, but their sum is solved as one light.
+    """
+    patches, by_point = context.patches, np.zeros((len(context.patches), context.points), np.float32)
+    for block in task.blocks:
+        found = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
+        by_point += found.light_of_points(patches.normal, block_of_suns(task.suns, block), context.threads)
+    light = by_point.mean(axis=1, dtype=float)
+    if context.bounces:
+        places = task.watch.points.representative_points.astype(np.intp)
+        elements, suns = np.take_along_axis(by_point, places, axis=1), block_of_suns(task.suns, slice(None))
+        lit_ground = suns.weights @ np.maximum(suns.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
+        first = multiply_elements(traced.form_factors, patches.albedo, elements, context.threads)
+        first += lit_ground * traced.far_ground
+        arriving = first.mean(axis=1, keepdims=True)
+        light += iterate_bounces(exchange_of(context, traced), arriving, context.bounces)[0][:, 0]
+    return context.patch_to_surface @ light
+
+
 def first_reflections(context, traced, shadows, directions):
     """Light of suns that patches reflect once: (p, b) float32."""
     albedo, normal = context.patches.albedo * shadows.turns.astype(np.float32), context.patches.normal

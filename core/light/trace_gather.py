@@ -21,7 +21,7 @@ from .prepare_scene import PreparedScene, prepare_scene
 from .rounds import keep_patches, with_patches
 from .solve_radiosity import Exchange, find_bounces, radiosity_factor
 from .solve_sky import solve_dome, solve_source
-from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
+from .solve_suns import SunLight, SunTask, annual_light, light_of_first_days, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import Emitted, ErrorParts, TraceRecord, Transfer, note_interruption, variance_of_mean
@@ -114,6 +114,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     for source in plan.sources:
         lights[source.name], sources[source.name] = solve_source(context, traced, source.name, light)
         clock.lap(source.name)
+    if known and known.preview:
+        known.preview(diffuse.mean, annual_light(context, traced, task))
+        clock.lap("preview")
     direct = solve_suns(context, traced, task, diffuse.by_replicate, folder=folder, specular=light)
     clock.lap("suns")
     transfer = Transfer(

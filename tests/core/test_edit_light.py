@@ -304,3 +304,20 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     assert not (annual_light(same.transfer) - annual_light(base.transfer)).any()
     assert not found.diffuse_relative_standard_error.any()
     assert not found.direct_annual_standard_error.any()
+
+
+@pytest.mark.parametrize("name", ["row", "trees"])
+def test_the_preview_is_the_annual_light(base_of, name):
+    city, base = base_of(name)
+    previews = []
+    edited = trace_edit(
+        base, edit_city(city, Change(raised={"b2": 4.0})), preview=lambda *light: previews.append(light)
+    )
+    states = [edited.leaf, edited.bare][: len(previews)]
+    assert len(previews) == 1 + (edited.bare is not None)
+    for found, state in zip(previews, states, strict=True):
+        direct = annual_light(state.transfer)[1]
+        far = state.transfer.far_ground_view_factor * state.transfer.ground_albedo
+        direct += far * (state.transfer.suns.weight @ state.transfer.suns.direction[:, 2])
+        assert found[0] == pytest.approx(state.transfer.diffuse_relative, rel=1e-6)
+        assert found[1] == pytest.approx(direct, rel=1e-4, abs=1e-5)
