@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from closed import box, room
+from closed import box, lit_inside, room
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -45,7 +45,8 @@ def look(scene, albedo, samples):
 
 def furnace(albedo, bounces, samples=1024):
     """Irradiance after some reflections inside a closed room whose every face is given E₀ = 1."""
-    patches, hemisphere = look(ROOM, albedo, samples)
+    with lit_inside():
+        patches, hemisphere = look(ROOM, albedo, samples)
     factor = radiosity_factor(patches, hemisphere.covered_share)
     given, nothing = np.ones((12, 1), np.float32), np.zeros((12, 1), np.float32)
     reflected, _, last = solve_radiosity(hemisphere.form_factors, factor, given, nothing, bounces)
