@@ -1,8 +1,9 @@
 """What each run leaves out, which files run together and in what order, and whether a Blender window was tested.
 
 `make check` leaves out what is slow: what is marked so, and the functions of slow.txt, whose cases took more than 0.2 s
-each when they were last measured (`--write-slow`). What is marked as a law stays all the same. The second Python leaves
-out what is marked `once`, and what is slow, but for files in which a Python may differ.
+each when they were last measured (`--write-slow`). What is marked as a law stays all the same, and so does the one case
+of each law that LAWS names. The second Python leaves out what is marked `once`, and what is slow, but for files in
+which a Python may differ.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
@@ -21,6 +22,7 @@ LAWS = (
     "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
     "core/test_closed_forms.py::test_street_canyon[3]",
+    "core/test_edit_light.py::test_an_edit_is_a_full_run_of_the_edited_city[houses]",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[True-hourly",
     "core/test_forward.py::test_far_ground_off",
@@ -51,23 +53,30 @@ TOGETHER = {
 LONGEST = [
     "blender/test_window.py",
     "hard/test_gather_is_forward.py",
+    "core/test_fuzz_readers.py",
     "blender/test_extension.py",
-    "core/test_cancel_command.py",
-    "core/test_reading_progress.py",
-    "core/test_forward_agrees.py",
-    "hard/test_forward_laws.py",
-    "hard/test_real_open_models.py",
-    "core/test_town.py",
-    "core/test_cancel.py",
-    "core/test_forward.py",
     "core/test_cluster.py",
-    "hard/test_narrow_gaps.py",
-    "hard/test_floating_houses.py",
     "hard/test_budget_is_true.py",
-    "hard/test_laws.py",
-    "core/test_rack_light.py",
+    "core/test_cancel_command.py",
+    "core/test_measure_effects.py",
+    "core/test_python_api.py",
+    "hard/test_floating_houses.py",
+    "hard/test_real_open_models.py",
+    "core/test_weather_checks.py",
     "core/test_sky.py",
-    "hard/test_which_light.py",
+    "core/test_command_line.py",
+    "hard/test_slabs_and_sheets.py",
+    "core/test_forward_command.py",
+    "core/test_forward.py",
+    "core/test_days_of_year.py",
+    "core/test_standard_errors.py",
+    "core/test_town.py",
+    "core/test_reading_progress.py",
+    "hard/test_hollows.py",
+    "hard/test_errors_of_full_load_hours.py",
+    "hard/test_forward_laws.py",
+    "core/test_forward_agrees.py",
+    "core/test_trees.py",
 ]
 
 
