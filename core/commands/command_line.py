@@ -20,16 +20,25 @@ from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from .add_options import (
     NOT_FOR_WORLDS,
+    add_change,
     add_city,
     add_cluster,
     add_options,
     add_output,
     add_world,
+    join_pairs,
     settings_of_options,
 )
 from .choose_settings import cluster_settings, free_settings, request_of_settings
 from .run_log import RunLog, print_output
 
+EXPORTS = {
+    "transfer": "transfer.nc even if it takes gigabytes",
+    "editable": "rays.nc, from which citypv variant makes an edited city",
+    "cityjson": "city.city.json: the city with its results",
+    "gltf": "city.glb: the coloured city, for any viewer",
+    "geopackage": "city.gpkg: surfaces and buildings, for GIS",
+}
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
 
@@ -112,12 +121,9 @@ def build_parser():
     add_output(simulate)
     add_options(simulate, "weather", "electricity", "light", "sky", "effects", "run")
     add_cluster(simulate, tiles=True)
+    add_exports(simulate)
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
-    simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
-    simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
-    simulate.add_argument("--gltf", action="store_true", help="write city.glb: the coloured city, for any viewer")
-    simulate.add_argument("--geopackage", action="store_true", help="write city.gpkg: surfaces and buildings, for GIS")
     simulate.set_defaults(run=run_simulate)
     again = commands.add_parser("yield", help="compute the yield of a transfer.nc with other weather or modules")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
@@ -134,11 +140,28 @@ def build_parser():
     add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
     world.set_defaults(run=run_world)
+    add_states(commands)
+    add_views(commands)
+    return parser
+
+
+def add_states(commands):
+    """Commands about several states of a city."""
+    variant = commands.add_parser("variant", help="an edited city, from a run of simulate --editable, in seconds")
+    variant.add_argument("base", metavar="BASE", help="result folder")
+    add_change(variant)
+    add_output(variant)
+    add_exports(variant)
+    variant.set_defaults(run=run_variant)
     compare = commands.add_parser("compare", help="who gains and who loses between two results of a city")
     for name in ("before", "after"):
         compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
     add_output(compare)
     compare.set_defaults(run=run_compare)
+
+
+def add_views(commands):
+    """Commands that print what they find."""
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
     add_city(inspect)
     inspect.set_defaults(run=run_inspect)
@@ -153,14 +176,14 @@ def build_parser():
     accuracy.set_defaults(run=run_accuracy)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
     selfcheck.set_defaults(run=run_selfcheck)
-    add_json(inspect, effects, accuracy, selfcheck)
-    return parser
-
-
-def add_json(*parsers):
-    """Add `--json` to some commands."""
-    for parser in parsers:
+    for parser in (inspect, effects, accuracy, selfcheck):
         parser.add_argument("--json", action="store_true", help="print as JSON")
+
+
+def add_exports(parser):
+    """Add files that are written when they are asked for."""
+    for name, words in EXPORTS.items():
+        parser.add_argument(f"--{name}", action="store_true", help=f"write {words}")
 
 
 def run_simulate(options):
@@ -178,7 +201,7 @@ def run_simulate(options):
             request,
             output=command.Output(
                 overwrite=options.overwrite,
-                exports=tuple(name for name in command.EXPORTS if getattr(options, name)),
+                exports=list_exports(options),
                 draw=partial(options.draw, pictures=pictures) if pictures else None,
             ),
             log=log,
@@ -236,6 +259,25 @@ def run_plot(options):
     paths = plot_results(options.folder)
     if not options.quiet:
         print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
+
+
+def list_exports(options):
+    """Files that are asked for: tuple of str."""
+    return tuple(name for name in EXPORTS if getattr(options, name))
+
+
+def run_variant(options):
+    """`citypv variant`."""
+    from .simulate import Output
+    from .variant import Wish, make_variant
+
+    move, raised, albedo_of = (
+        join_pairs(option, getattr(options, name))
+        for option, name in (("--move", "move"), ("--raise", "raised"), ("--albedo-of", "albedo_of"))
+    )
+    wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
+    output = Output(overwrite=options.overwrite, exports=list_exports(options))
+    make_variant(options.base, options.out, wish, output=output, log=make_log(options))
 
 
 def run_compare(options):

@@ -23,6 +23,8 @@ from ..light.prepare_scene import build_tree
 from ..light.transfer import Round
 from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
+from ..results.rays_file import NAME as RAYS
+from ..results.rays_file import write_rays
 from ..results.transfer_file import read_transfer, write_transfer
 from ..results.write_cityjson import write_cityjson
 from ..results.write_geopackage import write_geopackage
@@ -42,13 +44,14 @@ from ..study import (
     prepare_study,
     read_buildings,
     read_year,
+    trace_base,
     trace_scene,
 )
 from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget
 
-EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
+EXPORTS = ("transfer", "editable", "cityjson", "gltf", "geopackage")
 
 
 @dataclass
@@ -56,7 +59,7 @@ class Output:
     """What a run writes beside its tables."""
 
     overwrite: bool = False  # replace the results in a folder that is not empty
-    exports: tuple = ()  # of EXPORTS: "transfer" even where its matrices do not fit into memory, files for others
+    exports: tuple = ()  # of EXPORTS: "transfer" even where it is large, "editable" what rays met, files for others
     draw: Callable | None = None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
 
 
@@ -104,6 +107,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
     log.clock.lap("start")
     check_tracing(request)
     check_cluster_settings(cluster, request)
+    if cluster and "editable" in output.exports:
+        raise InputError("--editable", "is for runs without tiles", "leave it out, or leave out --cluster")
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
@@ -130,24 +135,62 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
             with keeping(kept := kept_beside(folder), log.write):
                 told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
                 transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
+        elif "editable" in output.exports:
+            base = trace_to_edit(scene, weather, request, log, prepared=prepared)
+            transfer = base.transfer
+            write_rays(work / RAYS, base, city)
         else:
             transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
-        city = draw_city(city, scene, request)
-        transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
-        keep = not is_on_disk(transfer.visible_share) or "transfer" in output.exports
-        energy = write_energy(work, transfer, weather, request, log, keep=keep)
-        if output.draw:
-            log.write("Blender")
-            output.draw(work, scene, transfer, energy, weather.label)
-            log.clock.lap("Blender")
-        results = Results(city, scene, transfer, energy, weather)
+        results = write_results(work, Results(city, scene, transfer, None, weather), request, output, log)
         totals = write_run(work, results, request, log, tiles)
         write_exports(work, results, request, output.exports, log.progress)
+    transfer, energy = results.transfer, results.energy
     drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals)
     log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
     return describe_interruption(transfer.record)
+
+
+def write_results(work, found, request, output, log):
+    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its surfaces are cut.
+
+    Parameters
+    ----------
+    work : Path
+    found : Results
+        Without energy, with the City as it was read.
+    request : Request
+    output : Output
+    log : RunLog
+    """
+    city, scene, transfer, _, weather = found
+    city = draw_city(city, scene, request)
+    transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
+    keep = not is_on_disk(transfer.visible_share) or bool({"transfer", "editable"} & set(output.exports))
+    energy = write_energy(work, transfer, weather, request, log, keep=keep)
+    if output.draw:
+        log.write("Blender")
+        output.draw(work, scene, transfer, energy, weather.label)
+        log.clock.lap("Blender")
+    return Results(city, scene, transfer, energy, weather)
+
+
+def trace_to_edit(scene, weather, request, log, *, prepared):
+    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun sampling.
+
+    Raises
+    ------
+    InputError
+        Further rounds are asked for.
+    """
+    if wants_rounds(request):
+        raise InputError("--editable", "an editable run has one round", "leave out --target-error and --time-budget")
+    base = trace_base(scene, weather, request, log.progress, prepared=prepared)
+    transfer = base.transfer
+    sampling = measure_sun_sampling(scene, weather, transfer, request, log.progress, prepared=prepared)
+    base.leaf.transfer = replace(base.leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
+    return base
 
 
 def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):

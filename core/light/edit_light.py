@@ -24,16 +24,30 @@ from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import map_in_order
+from ..sun.horizon import without_hidden
 from ..sun.suns import Suns
 from .compare_cities import boxes_of, corners_of, mark_altered, match_patches, name_trees, pass_boxes
 from .measure_cover import find_cover
 from .prepare_scene import build_tree, prepare_scene
+from .solve_suns import prepare_suns
+from .trace_all import prepare_gather
 from .trace_gather import TracedCity, join_seasons, trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 from .traced import Rows, leave_rows
 
 PINNED = ("receivers", "reflectors", "perez", "far-ground")  # effects that are decided as in the base
+KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
+
+
+@dataclass
+class Decisions:
+    """What was decided of a city before it was traced, and holds for its edits too."""
+
+    on: dict  # of PINNED: bool
+    plan: dict  # of KEPT: values of the plan
+    bounces: int  # number of reflections
+    suns: Suns
 
 
 @dataclass
@@ -45,6 +59,13 @@ class EditableCity:
     leaf: TracedCity
     bare: TracedCity | None  # without leaves; None: one state all year
     specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
+
+    @property
+    def decisions(self):
+        """What was decided: Decisions."""
+        plan = self.leaf.prepared.plan
+        on, kept = {key: plan[key].on for key in PINNED}, {name: getattr(plan, name) for name in KEPT}
+        return Decisions(on, kept, self.leaf.context.bounces, self.suns)
 
     @property
     def transfer(self):
@@ -127,11 +148,47 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
 
 def prepare_edit(base, scene, request):
     """Materials and patches of an edited city, with the decisions of the base: PreparedScene."""
-    plan, context = base.leaf.prepared.plan, base.leaf.context
-    effects = {key: plan[key].on for key in PINNED} | request.effects
-    prepared = prepare_scene(scene, replace(request, effects=effects), suns=base.suns)
-    kept = {name: getattr(plan, name) for name in ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")}
-    return replace(prepared, plan=replace(prepared.plan, **kept), bounces=context.bounces)
+    return prepare_decided(base.decisions, scene, request)
+
+
+def prepare_decided(decisions, scene, request):
+    """Materials and patches of a scene, with decisions that were made before: PreparedScene."""
+    pinned = replace(request, effects=decisions.on | request.effects)
+    prepared = prepare_scene(scene, pinned, suns=decisions.suns)
+    return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
+
+
+def restore_editable(scene, request, transfer, *, decisions, states, specular):
+    """A traced city as it was, from what its rays and suns met: EditableCity.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    transfer : Transfer
+    decisions : Decisions
+    states : list of (Traced, (p, words, s) uint16)
+        Of each state of the trees, with the bits of `Shadows`.
+    specular : callable
+        As of `EditableCity`.
+
+    Raises
+    ------
+    InputError
+        They are of another scene.
+    """
+    prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
+    found = []
+    for bare, (traced, bits) in enumerate(states):
+        if len(bits) != len(prepared.patches):
+            problem = f"holds rays of {len(bits):,} patches, the city has {len(prepared.patches):,}"
+            raise InputError("rays.nc", problem, "trace the city again with --editable")
+        state = replace(prepared, bare=bool(bare))
+        context = prepare_gather(state, request, silent)
+        task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
+        task.bits = bits
+        found.append(TracedCity(state, context, traced, task, transfer.bare if bare else replace(transfer, bare=None)))
+    return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, specular)
 
 
 def check_editable(prepared, request):

@@ -8,7 +8,16 @@ from pathlib import Path
 
 from ..settings.errors import InputError
 
-NAMES = ("faces.csv", "groups.csv", "buildings.csv", "series.csv", "timeseries.nc", "surfaces.nc", "transfer.nc")
+NAMES = (
+    "faces.csv",
+    "groups.csv",
+    "buildings.csv",
+    "series.csv",
+    "timeseries.nc",
+    "surfaces.nc",
+    "transfer.nc",
+    "rays.nc",
+)
 NAMES += ("surfaces.csv", "world.nc", "world_map.png", "world_gain.png", "world_months.png", "world_day.png")
 NAMES += ("city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
 LOCK = ".lock"

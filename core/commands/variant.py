@@ -1,0 +1,120 @@
+"""`citypv variant`: an edited city from what is known of the city before, in seconds."""
+
+import csv
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..city.edit_city import Change, edit_city
+from ..city.locate_site import bring_to_grid
+from ..light.edit_light import edit_light
+from ..read.read_city import read_city
+from ..results.output_folder import whole_folder
+from ..results.rays_file import NAME, read_rays, write_rays
+from ..results.transfer_file import read_transfer
+from ..settings.errors import InputError
+from ..study import read_year, restore_base, stand_city
+from .run_log import RunLog, describe_weather, report_outcome
+from .simulate import Output, Results, write_exports, write_results, write_run
+
+
+@dataclass
+class Wish:
+    """What is to change, as `citypv variant` is told."""
+
+    add: list = field(default_factory=list)  # files of buildings or trees
+    remove: list = field(default_factory=list)  # ids of buildings, names of trees
+    move: dict = field(default_factory=dict)  # id -> [m] to true east and north
+    raised: dict = field(default_factory=dict)  # id -> [m] by which all above its foot goes up
+    albedo_of: dict = field(default_factory=dict)  # id -> albedo of the building
+    local: bool = False  # whether files are in metres from the base's local origin
+
+
+def make_variant(base_folder, folder, wish, *, output=None, log=None):
+    """Trace an edited city from a result folder that keeps its rays, and write results like any other.
+
+    Parameters
+    ----------
+    base_folder : path-like
+        Of `citypv simulate --editable`, or of an editable variant.
+    folder : path-like
+        Written completely or not at all.
+    wish : Wish
+    output : Output, optional
+    log : RunLog, optional
+
+    Raises
+    ------
+    InputError
+        The base cannot be edited, an id is unknown, or a file cannot be used.
+    """
+    log, output = log or RunLog(), output or Output()
+    with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
+        kept = read_rays(base_folder)
+        base = restore_base(kept, read_transfer(Path(base_folder) / "transfer.nc"))
+        weather = read_year(kept.site, kept.request)
+        log.write(describe_weather(weather, kept.site))
+        log.clock.lap("read base")
+        city, request = edit_city(kept.city, read_change(wish, kept), kept.site.convergence), kept.request
+        if wish.albedo_of:
+            request = replace(
+                request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
+            )
+        scene = stand_city(city, request, site=kept.site)
+        edited = edit_light(base, scene, log.progress, request=request)
+        log.clock.lap("trace")
+        # Files are named as they were given, and the choice of suns is the base's.
+        named = replace(request, **kept.names)
+        record = replace(
+            edited.transfer.record, request=named.as_dict(), sun_sampling=base.transfer.record.sun_sampling
+        )
+        transfer = replace(edited.transfer, record=record)
+        if "editable" in output.exports:
+            write_rays(work / NAME, edited, city, kept.names)
+        found = write_results(work, Results(city, scene, transfer, None, weather), named, output, log)
+        write_run(work, found, named, log)
+        write_exports(work, found, named, output.exports, log.progress)
+    report_outcome(log, folder, found.energy)
+
+
+def read_change(wish, kept):
+    """The change, with the cities of the files that are added: Change."""
+    added = []
+    for path in wish.add:
+        city = read_city([path], unit=kept.request.unit, up=kept.request.up, orient=kept.request.orient)
+        if wish.local:
+            city = replace(city, points=bring_to_grid(city.points, kept.site), crs=kept.city.crs)
+        elif city.crs is None and kept.city.crs is not None:
+            cure = "add --local if it is in metres from the local origin of the base"
+            raise InputError(path, "names no coordinate reference system", cure)
+        added.append(city)
+    return Change(wish.remove, wish.move, wish.raised, tuple(added))
+
+
+def write_albedos(place, source, city, albedo_of):
+    """Write an albedo file with the lines of another one, and the albedos of some buildings: its path.
+
+    Raises
+    ------
+    InputError
+        A building is unknown.
+    """
+    unknown = [name for name in albedo_of if name not in set(city.building_id)]
+    if unknown:
+        raise InputError(unknown[0], "no building of the city has this id", "take ids from the column building_id")
+    own = {
+        name: albedo_of[building]
+        for name, building in zip(city.surface_id, city.building_id, strict=True)
+        if building in albedo_of
+    }
+    rows = {}
+    if source is not None:
+        with Path(source).open(encoding="utf-8-sig", newline="") as file:
+            rows = {row["surface"]: row for row in csv.DictReader(file)}
+    rows |= {name: {"surface": name, "albedo": f"{albedo:g}"} for name, albedo in own.items()}
+    path = place / "albedo.csv"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, ["surface", "albedo", "material"], restval="")
+        table.writeheader()
+        table.writerows(rows.values())
+    return str(path)

@@ -1,0 +1,180 @@
+"""rays.nc: a traced city that can be edited later, with what its rays and suns met, and all that it was made of.
+
+The file holds a tree of values as JSON, and the arrays of that tree as variables. Only the types below are read, so
+that a file cannot bring code along.
+"""
+
+import json
+import tempfile
+import weakref
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from zlib import crc32
+
+import h5netcdf
+import numpy as np
+
+from ..city.city import City, ImportReport, Polygon, Tree
+from ..city.scene import Site
+from ..city.terrain import Layer, Terrain
+from ..light.edit_light import Decisions
+from ..light.traced import FirstLight, FormFactors, Rows, Traced
+from ..settings.errors import InputError
+from ..settings.request import Request
+from ..sun.horizon import TerrainHorizon
+from ..sun.suns import Suns
+from .netcdf_file import netcdf_file, write_variables
+
+NAME, FORMAT = "rays.nc", "CityPV rays 1"
+CURE = "give the folder of citypv simulate --editable"
+TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
+TYPES = {one.__name__: one for one in (*TYPES, TerrainHorizon, Suns)}
+LEFT_OUT = ("links",)  # fields that are found again
+FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
+LARGEST = 1 << 26  # bytes of such a file
+PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+
+
+@dataclass
+class KeptRays:
+    """What rays.nc holds."""
+
+    city: City  # as read
+    site: Site
+    request: Request  # its files lie in a temporary folder
+    names: dict  # of these settings: the files that were given
+    decisions: Decisions
+    states: list  # of (Traced, bits (p, words, s) uint16): in leaf, and bare where trees are deciduous
+
+
+def write_rays(path, base, city, names=None):
+    """Write rays.nc.
+
+    Parameters
+    ----------
+    path : path-like
+    base : EditableCity
+    city : City
+        Of which its scene was made.
+    names : dict, optional
+        Settings that name other files than those that are kept: as they were given.
+
+    Raises
+    ------
+    InputError
+        A file is too large, or materials have none.
+    """
+    request = base.request
+    if request.materials:
+        raise InputError("--editable", "materials were given in Python alone", "give them by --albedo-file")
+    files = {}
+    for name in FILES:
+        source = getattr(request, name)
+        if source is not None:
+            data = Path(source).read_bytes()
+            if len(data) > LARGEST:
+                problem = f"has {len(data) / 1e6:.0f} MB, too much to keep beside the rays"
+                raise InputError(source, problem, f"cut it to the city, below {LARGEST / 1e6:.0f} MB")
+            files[name] = [Path(source).name, np.frombuffer(data, np.uint8)]
+    told = request.as_dict() | dict.fromkeys(FILES) | {"site_of": None}
+    content = {
+        "city": city,
+        "site": base.transfer.site,
+        "request": told,
+        "files": files,
+        "names": {name: getattr(request, name) for name in files} | (names or {}),
+        "decisions": base.decisions,
+        "states": [[one.traced, one.task.bits] for one in (base.leaf, base.bare) if one is not None],
+    }
+    arrays, found = [], {}
+    tree = encode(content, arrays)
+    for number, array in enumerate(arrays):
+        axes = tuple(f"axis_{number}_{axis}" for axis in range(array.ndim))
+        found[f"array_{number}"] = axes, array, {}, PACKED if array.ndim else {}
+    text = json.dumps(tree).encode()
+    found["content"] = ("byte", np.frombuffer(text, np.uint8), {"crc32": crc32(text)}, PACKED)
+    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
+        file.attrs["title"] = FORMAT
+        write_variables(file, found)
+
+
+def read_rays(folder):
+    """Read rays.nc of a result folder: KeptRays.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is damaged.
+    """
+    path = Path(folder) / NAME
+    if not path.is_file():
+        raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
+    try:
+        with h5netcdf.File(path) as file:
+            if file.attrs.get("title") != FORMAT:
+                raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
+            text = np.asarray(file["content"][:]).tobytes()
+            if crc32(text) != file["content"].attrs["crc32"]:
+                raise InputError(path, "is damaged", "trace the city again with --editable")
+            tree = json.loads(text)
+            found = decode(tree, lambda number: np.asarray(file[f"array_{number}"][...]))
+    except (OSError, KeyError, IndexError, ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(path, f"cannot be read ({error})", CURE) from error
+    place = tempfile.mkdtemp(prefix="citypv-")
+    request = Request(**found["request"])
+    states = [tuple(one) for one in found["states"]]
+    kept = KeptRays(found["city"], found["site"], request, found["names"], found["decisions"], states)
+    weakref.finalize(kept, remove_files, place)
+    for name, (file_name, data) in found["files"].items():
+        own = Path(place, Path(file_name).name)
+        own.write_bytes(data.tobytes())
+        setattr(request, name, str(own))
+    return kept
+
+
+def remove_files(place):
+    """Delete a temporary folder of files."""
+    for path in Path(place).iterdir():
+        path.unlink()
+    Path(place).rmdir()
+
+
+def encode(value, arrays):
+    """A value as plain types, with its arrays appended to a list."""
+    if isinstance(value, np.ndarray | np.generic):
+        return encode_array(value, arrays)
+    if is_dataclass(value):
+        own = {one.name: encode(getattr(value, one.name), arrays) for one in fields(value) if one.name not in LEFT_OUT}
+        return {"type": type(value).__name__, "fields": own}
+    if isinstance(value, dict):
+        return {"dict": [[encode(key, arrays), encode(one, arrays)] for key, one in value.items()]}
+    if isinstance(value, list | tuple):
+        return {type(value).__name__: [encode(one, arrays) for one in value]}
+    return str(value) if isinstance(value, Path) else value
+
+
+def encode_array(value, arrays):
+    """An array, or a number of NumPy, as plain types."""
+    if value.dtype.kind in "OU":
+        return {"texts": np.asarray(value).tolist()}
+    arrays.append(np.asarray(value).view(np.uint8) if value.dtype.kind == "b" else np.asarray(value))
+    return {"array": len(arrays) - 1, "dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
+
+
+def decode(value, array):
+    """The value that `encode` was given; `array` gives an array by its number."""
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        found = array(value["array"]).astype(value["dtype"], copy=False)
+        return found[()] if value["scalar"] else found
+    if "texts" in value:
+        return np.array(value["texts"], dtype=object)
+    if "type" in value:
+        return TYPES[value["type"]](**{name: decode(one, array) for name, one in value["fields"].items()})
+    if "dict" in value:
+        return {decode(key, array): decode(one, array) for key, one in value["dict"]}
+    kind = "list" if "list" in value else "tuple"
+    return {"list": list, "tuple": tuple}[kind](decode(one, array) for one in value[kind])

@@ -1,0 +1,108 @@
+"""Variants of a city from its kept rays: the results of a run of the edited city."""
+
+import numpy as np
+import pytest
+from small_city import HEAD, house, write_small_city
+
+import citypv
+from citypv.__main__ import main
+
+FEW = {"weather": "clear-sky", "samples": 64, "shadow_samples": 16, "suns": "days:2", "threads": 1}
+OPTIONS = [part for name, value in FEW.items() for part in (f"--{name.replace('_', '-')}", str(value))]
+COLUMNS = ["full_load_hours", "diffuse_relative_standard_error", "sky_view_factor", "covered_share", "diffuse_relative"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A result folder of three houses that can be edited; the files that it was made of are gone."""
+    folder = tmp_path_factory.mktemp("variant")
+    city, albedo = write_small_city(folder / "small.gml"), folder / "albedo.csv"
+    albedo.write_text("surface,albedo\nroof,0.4\n", encoding="utf-8")
+    made = ["simulate", str(city), "--out", str(folder / "base"), *OPTIONS, "--quiet", "--editable"]
+    assert main([*made, "--albedo-file", str(albedo)]) == 0
+    (folder / "tower.gml").write_text(f"{HEAD}{house('tower', (0, -16), (12, 10, 40))}</CityModel>", encoding="utf-8")
+    albedo.rename(folder / "kept.csv")
+    return folder
+
+
+def trace_anew(folder, name, houses, **more):
+    """Results of a run of an edited city at the place of the base."""
+    path = folder / f"{name}.gml"
+    path.write_text(f"{HEAD}{houses}</CityModel>", encoding="utf-8")
+    told = {"albedo_file": folder / "kept.csv", "site_of": folder / "base", **more}
+    return citypv.simulate(path, **FEW | told)
+
+
+A, B, C = house("a", (0, 0), (12, 10, 8)), house("b", (20, -3), (10, 14, 14)), house("c", (2, 24), (14, 9, 6))
+EDITS = {
+    "a tower": (["--add", "tower.gml"], A + B + C + house("tower", (0, -16), (12, 10, 40))),
+    "one less": (["--remove", "b"], A + C),
+    "one raised": (["--raise", "c=5"], A + B + house("c", (2, 24), (14, 9, 11))),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_the_results_of_a_run_of_the_edited_city(name, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    options, houses = EDITS[name]
+    assert main(["variant", "base", *options, "--out", "out", "--overwrite", "--quiet"]) == 0
+    expected = trace_anew(folder, "edited", houses).faces.set_index("surface_id")
+    found = citypv.read_results("out").faces.set_index("surface_id")
+    assert set(found.index) == set(expected.index)
+    np.testing.assert_allclose(found.loc[expected.index, COLUMNS], expected[COLUMNS], rtol=1e-5)
+    change = citypv.compare("base", "out")
+    assert change.summary["sums"]["existing"]["buildings"] >= 2
+
+
+def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    assert main(["variant", "base", "--move", "a=1.5,-2", "--out", "moved", "--quiet", "--editable"]) == 0
+    back = ["variant", "moved", "--move", "a=-1.5,2", "--albedo-of", "b=0.7", "--out", "back", "--quiet"]
+    assert main(back) == 0
+    (folder / "kept.csv").rename(folder / "before.csv")
+    ids = [name for name in citypv.read_results("base").faces["surface_id"] if name.startswith("b_")]
+    lines = "".join(f"{name},0.7\n" for name in ids)
+    (folder / "kept.csv").write_text(f"surface,albedo\nroof,0.4\n{lines}", encoding="utf-8")
+    expected = trace_anew(folder, "white", A + B + C).faces.set_index("surface_id")
+    (folder / "before.csv").replace(folder / "kept.csv")
+    found = citypv.read_results("back")
+    hours = found.faces.set_index("surface_id").loc[expected.index, "full_load_hours"]
+    np.testing.assert_allclose(hours, expected["full_load_hours"], rtol=1e-3)  # moved corners are rounded
+    assert found.summary["settings"]["albedo_file"].endswith("albedo.csv")
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["base", "--remove", "z"], "z: no building of the city has this id; take ids from the column building_id"),
+    (["base", "--raise", "c"], "'c' is not ID=NUMBER"), (["base", "--move", "c=1"], "'c=1' is not ID=NUMBER,NUMBER"),
+    (["base", "--albedo-of", "z=0.2"], "z: no building of the city has this id"),
+    (["base", "--add", "local.obj"], "names no coordinate reference system; add --local"),
+    (["plain", "--remove", "a"], "rays.nc: there is no such file, so this run cannot be edited"),
+])  # fmt: skip
+def test_refused_with_one_line(arguments, words, folder, monkeypatch, capfd):
+    monkeypatch.chdir(folder)
+    (folder / "plain").mkdir(exist_ok=True)
+    (folder / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
+    assert main(["variant", *arguments, "--out", "refused", "--quiet"]) == 2
+    said = capfd.readouterr().err
+    assert words in said and said.count("\n") == 1
+    assert not (folder / "refused").exists()
+
+
+def test_damage_is_found_and_no_code_is_loaded(folder, tmp_path):
+    data = bytearray((folder / "base" / "rays.nc").read_bytes())
+    for place in np.random.default_rng(1).integers(0, len(data), 40):
+        data[place] ^= 1 << int(place) % 8
+    (tmp_path / "rays.nc").write_bytes(bytes(data))
+    assert main(["variant", str(tmp_path), "--remove", "a", "--out", str(tmp_path / "out"), "--quiet"]) in (1, 2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_cannot_be_edited_is_refused_before_tracing(folder, capfd):
+    common = ["simulate", str(folder / "small.gml"), "--out", str(folder / "no"), "--quiet", "--editable"]
+    for more, words in (
+        (["--cluster", "serial"], "--editable: is for runs without tiles"),
+        (["--target-error", "1"], "--editable: an editable run has one round"),
+        (["--estimator", "forward"], "gather"),
+    ):
+        assert main([*common, *OPTIONS, *more]) == 2
+        assert words in capfd.readouterr().err
