@@ -116,6 +116,35 @@ class Result:
             recompute(path, folder, request, overwrite=overwrite, log=log)
             return Result(folder, temporary=out is None)
 
+    def variant(self, *, out=None, overwrite=False, exports=(), progress=silent, **change):
+        """The same city edited, from what its rays met: Result.
+
+        Parameters
+        ----------
+        out, overwrite, exports, progress
+            As in `simulate`; with "editable" among the exports it can be edited again.
+        **change
+            Fields of `variant.Wish`: add (files), remove (ids), move {id: (east, north)} [m], raised {id: metres},
+            albedo_of {id: albedo}, local.
+
+        Raises
+        ------
+        InputError
+            The run was not made with exports=("editable",), or the change cannot be used.
+        """
+        from .run_log import RunLog
+        from .simulate import Output
+        from .variant import Wish, make_variant
+
+        unknown = set(change) - {one.name for one in fields(Wish)}
+        if unknown:
+            words = ", ".join(one.name for one in fields(Wish))
+            raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
+        with _folder_for(out) as folder:
+            output = Output(overwrite=overwrite, exports=tuple(exports))
+            make_variant(self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress))
+            return Result(folder, temporary=out is None)
+
     def plot(self):
         """Write report.html into the folder: its path."""
         from .show import plot_results

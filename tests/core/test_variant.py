@@ -54,6 +54,16 @@ def test_the_results_of_a_run_of_the_edited_city(name, folder, monkeypatch):
     assert change.summary["sums"]["existing"]["buildings"] >= 2
 
 
+def test_in_python(folder):
+    base = citypv.read_results(folder / "base")
+    less = base.variant(remove=["b"])
+    assert set(less.faces["building_id"]) == {"a", "c"}
+    with pytest.raises(citypv.InputError, match="delete: is no change of a city; give some of add, remove"):
+        base.variant(delete=["b"])
+    with pytest.raises(citypv.InputError, match="so this run cannot be edited"):
+        less.variant(remove=["a"])
+
+
 def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
     monkeypatch.chdir(folder)
     assert main(["variant", "base", "--move", "a=1.5,-2", "--out", "moved", "--quiet", "--editable"]) == 0
