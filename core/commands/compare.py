@@ -4,9 +4,8 @@ import importlib.util
 
 import numpy as np
 
-from ..results.compare_runs import EXISTING, compare_runs
+from ..results.compare_runs import EXISTING, compare_folders
 from ..results.output_folder import whole_folder
-from ..results.read_results import read_results
 from ..results.write_report import fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
 
@@ -48,11 +47,10 @@ def compare(before, after, folder, *, overwrite=False):
         A folder holds no results, or not only the city differs.
     """
     with whole_folder(folder, overwrite) as work:
-        later = read_results(after)
-        found = compare_runs(read_results(before), later)
+        found = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
             getattr(found, name).to_csv(work / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
-        (work / "report.html").write_text(compose_page(found, later.outlines), encoding="utf-8")
+        (work / "report.html").write_text(compose_page(found), encoding="utf-8")
         write_summary(work / "summary.json", found.summary)
     return found
 
@@ -74,7 +72,7 @@ def note_light(found):
     return [f"The light was traced with other settings: {names}; part of the change is theirs."] if names else []
 
 
-def compose_page(found, outlines):
+def compose_page(found):
     """The page: sums, maps, and the buildings whose change is beyond two standard errors."""
     summary, buildings = found.summary, found.buildings
     sums = [
@@ -93,7 +91,9 @@ def compose_page(found, outlines):
 
         with plain_style():
             for show, caption in CAPTIONS.items():
-                maps.append(picture(embed_figure(draw_change(found.surfaces, outlines, show), "png"), show, caption))
+                maps.append(
+                    picture(embed_figure(draw_change(found.surfaces, found.outlines, show), "png"), show, caption)
+                )
     kept = summary["sums"][EXISTING]
     lead = f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} {abs(kept['mwh_change']):,.1f} ± "
     lead += f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh before."
@@ -104,8 +104,8 @@ def compose_page(found, outlines):
             *(paragraph(note, "warning") for note in note_light(found)),
             table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
             paragraph(
-                "± is the standard error of the change as if the two runs were independent: runs of one seed and place "
-                "share their random numbers, and are closer than that. Surfaces that see nothing new differ by 0.",
+                "± is the standard error of the change: from the rays that both states share where one is a variant of "
+                "the other, else as if both were independent, which is more. What sees nothing new differs by 0.",
                 "small",
             ),
         ),

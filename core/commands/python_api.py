@@ -270,14 +270,13 @@ def compare(before, after, *, out=None, overwrite=False):
         Folder for tables and a page with maps.
     overwrite : bool
     """
-    from ..results.compare_runs import compare_runs
-    from ..results.read_results import read_results as read_folder
+    from ..results.compare_runs import compare_folders
     from .compare import compare as write_comparison
 
     folders = [one.folder if isinstance(one, Result) else one for one in (before, after)]
     if out is not None:
         return write_comparison(*folders, out, overwrite=overwrite)
-    return compare_runs(*map(read_folder, folders))
+    return compare_folders(*folders)
 
 
 def inspect(city, **settings):

@@ -288,8 +288,11 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     return energy
 
 
-def write_run(work, results, request, log, tiles=None):
-    """Measure what effects of the modules and the sky's model change, and write summary.json: its totals."""
+def write_run(work, results, request, log, tiles=None, *, beside=None):
+    """Measure what effects of the modules and the sky's model change, and write summary.json: its totals.
+
+    `beside` are further sections of it.
+    """
     _, scene, transfer, energy, weather = results
     system = build_system(request)
     shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
@@ -302,7 +305,7 @@ def write_run(work, results, request, log, tiles=None):
     if tiles:
         summary["tiles"] = state_bound(tiles, transfer, energy, weather)
         log.write(f"  {describe_bound(summary['tiles'])}")
-    write_summary(work / "summary.json", summary)
+    write_summary(work / "summary.json", summary | (beside or {}))
     return summary["totals"]
 
 

@@ -5,15 +5,19 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pandas as pd
+
 from ..city.edit_city import Change, edit_city
 from ..city.locate_site import bring_to_grid
+from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
 from ..read.read_city import read_city
+from ..results.compare_runs import CHANGE, mark_of
 from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
-from ..study import read_year, restore_base, stand_city
+from ..study import compute_energy, read_year, restore_base, stand_city
 from .run_log import RunLog, describe_weather, report_outcome
 from .simulate import Output, Results, write_exports, write_results, write_run
 
@@ -72,9 +76,19 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(work, Results(city, scene, transfer, None, weather), named, output, log)
-        write_run(work, found, named, log)
+        write_errors(work / CHANGE, base, edited, weather, named)
+        totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
-    report_outcome(log, folder, found.energy)
+    report_outcome(log, folder, found.energy, totals)
+
+
+def write_errors(path, base, edited, weather, request):
+    """Write the standard errors of the changes that surfaces of both cities see: change.csv."""
+    transfer, _ = errors_of_difference(base, edited)
+    errors = compute_energy(transfer, weather, replace(request, series=())).full_load_hours_standard_error
+    names = transfer.surfaces.surface_id
+    table = pd.DataFrame({"surface_id": names, "full_load_hours_change_standard_error": errors})
+    table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def read_change(wish, kept):

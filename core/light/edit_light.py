@@ -167,8 +167,8 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular):
     request : Request
     transfer : Transfer
     decisions : Decisions
-    states : list of (Traced, (p, words, s) uint16)
-        Of each state of the trees, with the bits of `Shadows`.
+    states : list of dict
+        Of each state of the trees, fields of TracedCity: traced, lights and direct, and the bits of `Shadows`.
     specular : callable
         As of `EditableCity`.
 
@@ -179,15 +179,16 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular):
     """
     prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
     found = []
-    for bare, (traced, bits) in enumerate(states):
+    for bare, kept in enumerate(states):
+        traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))
         if len(bits) != len(prepared.patches):
             problem = f"holds rays of {len(bits):,} patches, the city has {len(prepared.patches):,}"
             raise InputError("rays.nc", problem, "trace the city again with --editable")
-        state = replace(prepared, bare=bool(bare))
+        state, own = replace(prepared, bare=bool(bare)), transfer.bare if bare else replace(transfer, bare=None)
         context = prepare_gather(state, request, silent)
         task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
         task.bits = bits
-        found.append(TracedCity(state, context, traced, task, transfer.bare if bare else replace(transfer, bare=None)))
+        found.append(TracedCity(state, context, traced, task, lights, direct, own))
     return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, specular)
 
 

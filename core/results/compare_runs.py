@@ -5,21 +5,25 @@ called. Those that only one state has are new or gone.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from ..city.grid_cells import Outlines
 from ..city.locate_site import bring_to_grid
 from ..city.scene import Site
 from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
-from .read_results import CURE
+from .read_results import CURE, read_results, read_table
 
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
 GROUPS = ("weather", "electricity", "sky")  # of settings that have to agree
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
+CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 
 
@@ -30,15 +34,36 @@ class Comparison:
     surfaces: pd.DataFrame  # a row for each surface of the later state, in its order, then those that are gone
     buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
     summary: dict  # sums over the buildings of each state and over all, and what was compared
+    outlines: Outlines  # of the later state
 
 
-def compare_runs(before, after):
+def compare_folders(before, after):
+    """Compare two result folders; of a variant of the first, the errors are those of the difference: Comparison.
+
+    Parameters and errors as of `compare_runs`, and as of `read_results`.
+    """
+    states, errors = [read_results(folder) for folder in (before, after)], None
+    path, noted = Path(after) / CHANGE, states[1].summary.get("variant") or {}
+    if path.is_file() and noted.get("base_crc32") == mark_of(before):
+        errors = read_table(path, ("surface_id",), (CHANGE_ERROR,)).set_index("surface_id")[CHANGE_ERROR]
+    return compare_runs(*states, errors)
+
+
+def mark_of(folder):
+    """CRC-32 of the hours of a run, by which its variants name it: int."""
+    return crc32((Path(folder) / "faces.csv").read_bytes())
+
+
+def compare_runs(before, after, errors=None):
     """Compare two runs.
 
     Parameters
     ----------
     before, after : Results
         With outlines.
+    errors : pandas.Series, optional
+        Standard error of the change of the full load hours [h] by surface_id, where it is known; else the two runs
+        count as independent.
 
     Returns
     -------
@@ -55,6 +80,7 @@ def compare_runs(before, after):
     later, earlier = yields_of(after), yields_of(before)
     paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
     texts = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
+    known = None if errors is None else errors.reindex(after.faces["surface_id"]).to_numpy()
     table = pd.concat([after.faces[texts], before.faces[texts].iloc[gone]], ignore_index=True)
     table.insert(2, "state", [EXISTING if row >= 0 else NEW for row in match] + [GONE] * len(gone))
     none = pd.DataFrame(np.nan, index=range(len(gone)), columns=later.columns)
@@ -65,12 +91,15 @@ def compare_runs(before, after):
         table[f"{name}_change"] = news[name].fillna(0) - olds[name].fillna(0)
         table.loc[news[name].isna() & olds[name].isna(), f"{name}_change"] = np.nan
         # Surfaces that no changed ray reached have the same bits, and differ by nothing.
-        error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0))
+        error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0)).to_numpy(copy=True)
+        if known is not None:
+            own = known if name == "full_load_hours" else known * later["mwh_per_hour"].to_numpy()
+            error[: len(match)] = np.where((match >= 0) & np.isfinite(own), own, error[: len(match)])
         table[f"{name}_change_standard_error"] = np.where(olds[name] == news[name], 0.0, error)
     lone = table["state"] != EXISTING
     table.loc[lone, ["full_load_hours_change", "full_load_hours_change_standard_error"]] = np.nan
     buildings = sum_buildings(table)
-    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after))
+    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after.outlines)
 
 
 def check_comparable(before, after):
@@ -143,6 +172,7 @@ def yields_of(results):
         power = faces["module_area"] / summary["totals"]["area_per_kwp"] * faces["area"] / counted / 1000
     carries = faces["module_area"] > 0
     columns = {
+        "mwh_per_hour": power,
         "full_load_hours": hours,
         "full_load_hours_error": error,
         "mwh": power * hours,

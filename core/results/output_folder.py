@@ -18,7 +18,15 @@ NAMES = (
     "transfer.nc",
     "rays.nc",
 )
-NAMES += ("surfaces.csv", "world.nc", "world_map.png", "world_gain.png", "world_months.png", "world_day.png")
+NAMES += (
+    "surfaces.csv",
+    "change.csv",
+    "world.nc",
+    "world_map.png",
+    "world_gain.png",
+    "world_months.png",
+    "world_day.png",
+)
 NAMES += ("city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
 LOCK = ".lock"
 

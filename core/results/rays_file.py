@@ -7,7 +7,7 @@ that a file cannot bring code along.
 import json
 import tempfile
 import weakref
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from zlib import crc32
 
@@ -18,6 +18,9 @@ from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Site
 from ..city.terrain import Layer, Terrain
 from ..light.edit_light import Decisions
+from ..light.light_errors import LightError
+from ..light.solve_sky import SkyLight
+from ..light.solve_suns import Annual, SunLight
 from ..light.traced import FirstLight, FormFactors, Rows, Traced
 from ..settings.errors import InputError
 from ..settings.request import Request
@@ -28,7 +31,8 @@ from .netcdf_file import netcdf_file, write_variables
 NAME, FORMAT = "rays.nc", "CityPV rays 1"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES = {one.__name__: one for one in (*TYPES, TerrainHorizon, Suns)}
+TYPES += (TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
+TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
 LARGEST = 1 << 26  # bytes of such a file
@@ -44,7 +48,7 @@ class KeptRays:
     request: Request  # its files lie in a temporary folder
     names: dict  # of these settings: the files that were given
     decisions: Decisions
-    states: list  # of (Traced, bits (p, words, s) uint16): in leaf, and bare where trees are deciduous
+    states: list  # of dict, of `keep_state`: in leaf, and bare where trees are deciduous
 
 
 def write_rays(path, base, city, names=None):
@@ -84,7 +88,7 @@ def write_rays(path, base, city, names=None):
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
-        "states": [[one.traced, one.task.bits] for one in (base.leaf, base.bare) if one is not None],
+        "states": [keep_state(one) for one in (base.leaf, base.bare) if one is not None],
     }
     arrays, found = [], {}
     tree = encode(content, arrays)
@@ -96,6 +100,21 @@ def write_rays(path, base, city, names=None):
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, found)
+
+
+def keep_state(state):
+    """What edits of a city need of a TracedCity: dict with `traced`, `bits`, `lights` and `direct`."""
+
+    def less(light, **none):
+        return replace(light, error=replace(light.error, uneven=None), **none)
+
+    annual = replace(state.direct.annual, suns=None, radiosity=None, specular=0.0)
+    return {
+        "traced": state.traced,
+        "bits": state.task.bits,
+        "lights": {name: less(light, radiosity=None) for name, light in state.lights.items()},
+        "direct": less(state.direct, annual=annual, visible_share=None, reflected=None),
+    }
 
 
 def read_rays(folder):
@@ -124,8 +143,7 @@ def read_rays(folder):
         raise InputError(path, f"cannot be read ({error})", CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
     request = Request(**found["request"])
-    states = [tuple(one) for one in found["states"]]
-    kept = KeptRays(found["city"], found["site"], request, found["names"], found["decisions"], states)
+    kept = KeptRays(found["city"], found["site"], request, *(found[name] for name in ("names", "decisions", "states")))
     weakref.finalize(kept, remove_files, place)
     for name, (file_name, data) in found["files"].items():
         own = Path(place, Path(file_name).name)
