@@ -19,7 +19,7 @@ from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
-from .light.edit_light import edit_light, restore_editable, trace_editable
+from .light.edit_light import edit_light, trace_editable
 from .light.merge_transfers import seed_of_round
 from .light.prepare_scene import prepare_scene, reseed
 from .light.rounds import continue_sampling, trace_alone
@@ -208,24 +208,6 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
     prepared = prepared or prepare_study(scene, weather, request, progress=progress)
     suns = choose_year(weather, request) if prepared.suns is None else prepared.suns
     return trace_editable(prepared, suns, request, progress, specular=specular_of)
-
-
-def restore_base(kept, transfer):
-    """A traced city of a file, to be edited: EditableCity.
-
-    Parameters
-    ----------
-    kept : results.rays_file.KeptRays
-    transfer : Transfer
-        Of the same run.
-
-    Raises
-    ------
-    InputError
-    """
-    scene = stand_city(kept.city, kept.request, site=kept.site)
-    known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of}
-    return restore_editable(scene, kept.request, transfer, **known)
 
 
 def trace_edit(base, city, progress=silent, *, request=None, preview=None):

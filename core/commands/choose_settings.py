@@ -9,6 +9,13 @@ from ..settings.errors import InputError
 from ..settings.presets import METHODS, PRESETS
 from ..settings.request import Request, check_request, declared_settings
 
+EXPORTS = {  # files that are written when they are asked for
+    "transfer": "transfer.nc even if it takes gigabytes",
+    "editable": "rays.nc, from which citypv variant makes an edited city",
+    "cityjson": "city.city.json: the city with its results",
+    "gltf": "city.glb: the coloured city, for any viewer",
+    "geopackage": "city.gpkg: surfaces and buildings, for GIS",
+}
 KNOBS = ("suns", "samples", "shadow_samples")  # that a time budget chooses where they are not given
 KINDS = {  # of a setting -> (what it has to be, in words, and as a test)
     "number": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),

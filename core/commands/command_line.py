@@ -20,25 +20,20 @@ from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from .add_options import (
     NOT_FOR_WORLDS,
-    add_change,
     add_city,
     add_cluster,
+    add_exports,
     add_options,
     add_output,
     add_world,
-    join_pairs,
+    list_exports,
+    make_log,
     settings_of_options,
 )
 from .choose_settings import cluster_settings, free_settings, request_of_settings
-from .run_log import RunLog, print_output
+from .run_log import print_output
+from .state_commands import add_states
 
-EXPORTS = {
-    "transfer": "transfer.nc even if it takes gigabytes",
-    "editable": "rays.nc, from which citypv variant makes an edited city",
-    "cityjson": "city.city.json: the city with its results",
-    "gltf": "city.glb: the coloured city, for any viewer",
-    "geopackage": "city.gpkg: surfaces and buildings, for GIS",
-}
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
 
@@ -145,21 +140,6 @@ def build_parser():
     return parser
 
 
-def add_states(commands):
-    """Commands about several states of a city."""
-    variant = commands.add_parser("variant", help="an edited city, from a run of simulate --editable, in seconds")
-    variant.add_argument("base", metavar="BASE", help="result folder")
-    add_change(variant)
-    add_output(variant)
-    add_exports(variant)
-    variant.set_defaults(run=run_variant)
-    compare = commands.add_parser("compare", help="who gains and who loses between two results of a city")
-    for name in ("before", "after"):
-        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
-    add_output(compare)
-    compare.set_defaults(run=run_compare)
-
-
 def add_views(commands):
     """Commands that print what they find."""
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
@@ -180,12 +160,6 @@ def add_views(commands):
         parser.add_argument("--json", action="store_true", help="print as JSON")
 
 
-def add_exports(parser):
-    """Add files that are written when they are asked for."""
-    for name, words in EXPORTS.items():
-        parser.add_argument(f"--{name}", action="store_true", help=f"write {words}")
-
-
 def run_simulate(options):
     """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
     log = make_log(options)  # a time budget begins here: before anything large is imported or compiled
@@ -194,12 +168,11 @@ def run_simulate(options):
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
     with compile_beside(request := read_request(options)):
-        command = import_command("simulate")
-        interrupted = command.simulate(
+        interrupted = import_command("simulate").simulate(
             options.city,
             options.out,
             request,
-            output=command.Output(
+            output=import_command("write_run").Output(
                 overwrite=options.overwrite,
                 exports=list_exports(options),
                 draw=partial(options.draw, pictures=pictures) if pictures else None,
@@ -261,34 +234,6 @@ def run_plot(options):
         print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
 
 
-def list_exports(options):
-    """Files that are asked for: tuple of str."""
-    return tuple(name for name in EXPORTS if getattr(options, name))
-
-
-def run_variant(options):
-    """`citypv variant`."""
-    from .simulate import Output
-    from .variant import Wish, make_variant
-
-    move, raised, albedo_of = (
-        join_pairs(option, getattr(options, name))
-        for option, name in (("--move", "move"), ("--raise", "raised"), ("--albedo-of", "albedo_of"))
-    )
-    wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
-    output = Output(overwrite=options.overwrite, exports=list_exports(options))
-    make_variant(options.base, options.out, wish, output=output, log=make_log(options))
-
-
-def run_compare(options):
-    """`citypv compare`."""
-    from .compare import compare, describe_comparison
-
-    found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
-    if not options.quiet:
-        print("\n".join([*describe_comparison(found), f"Written to {options.out}"]), file=sys.stderr)
-
-
 def run_inspect(options):
     """`citypv inspect`."""
     from .inspect_city import describe_city, inspect_city
@@ -330,11 +275,6 @@ def run_selfcheck(options):
 def read_request(options):
     """Checked settings that the options ask for: Request."""
     return request_of_settings(settings_of_options(options))
-
-
-def make_log(options):
-    """RunLog to stderr, or one that is silent."""
-    return RunLog(None if options.quiet else sys.stderr)
 
 
 def import_command(name):

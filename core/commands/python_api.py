@@ -19,7 +19,7 @@ from pathlib import Path
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import declared_settings
-from .choose_settings import cluster_settings, free_settings, request_of_settings
+from .choose_settings import EXPORTS, cluster_settings, free_settings, request_of_settings
 
 LIGHT_FREE = ("surfaces", "electricity", "sky")  # groups of settings that another weather leaves as they are
 
@@ -133,8 +133,8 @@ class Result:
             The run was not made with exports=("editable",), or the change cannot be used.
         """
         from .run_log import RunLog
-        from .simulate import Output
         from .variant import Wish, make_variant
+        from .write_run import Output
 
         unknown = set(change) - {one.name for one in fields(Wish)}
         if unknown:
@@ -231,8 +231,8 @@ def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=
         Interrupted before there was anything to keep.
     """
     from .run_log import RunLog
-    from .simulate import EXPORTS, Output
     from .simulate import simulate as run
+    from .write_run import Output
 
     for name in exports:
         if name not in EXPORTS:

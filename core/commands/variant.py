@@ -11,15 +11,17 @@ from ..city.edit_city import Change, edit_city
 from ..city.locate_site import bring_to_grid
 from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
+from ..light.editable_city import restore_editable
+from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.compare_runs import CHANGE, mark_of
 from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
-from ..study import compute_energy, read_year, restore_base, stand_city
+from ..study import compute_energy, read_year, stand_city
 from .run_log import RunLog, describe_weather, report_outcome
-from .simulate import Output, Results, write_exports, write_results, write_run
+from .write_run import Output, Results, write_exports, write_results, write_run
 
 
 @dataclass
@@ -80,6 +82,13 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
+
+
+def restore_base(kept, transfer):
+    """The traced city of rays.nc and transfer.nc: EditableCity."""
+    scene = stand_city(kept.city, kept.request, site=kept.site)
+    known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of}
+    return restore_editable(scene, kept.request, transfer, **known)
 
 
 def write_errors(path, base, edited, weather, request):

@@ -9,7 +9,6 @@ The result is that of a run of the edited city: the same rays with the same rand
 Only where two triangles share an edge may a ray meet the other one, as it may with another ray tracer.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,55 +21,16 @@ from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from ..settings.request import Request
 from ..settings.threads import map_in_order
-from ..sun.horizon import without_hidden
-from ..sun.suns import Suns
 from .compare_cities import boxes_of, corners_of, mark_altered, match_patches, name_trees, pass_boxes
+from .editable_city import EditableCity, check_editable, prepare_decided
 from .measure_cover import find_cover
-from .prepare_scene import build_tree, prepare_scene
-from .solve_suns import prepare_suns
-from .trace_all import prepare_gather
-from .trace_gather import TracedCity, join_seasons, trace_light
+from .prepare_scene import build_tree
+from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 from .traced import Rows, leave_rows
 
-PINNED = ("receivers", "reflectors", "perez", "far-ground")  # effects that are decided as in the base
-KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
-
-
-@dataclass
-class Decisions:
-    """What was decided of a city before it was traced, and holds for its edits too."""
-
-    on: dict  # of PINNED: bool
-    plan: dict  # of KEPT: values of the plan
-    bounces: int  # number of reflections
-    suns: Suns
-
-
-@dataclass
-class EditableCity:
-    """A traced city that can be edited."""
-
-    suns: Suns
-    request: Request
-    leaf: TracedCity
-    bare: TracedCity | None  # without leaves; None: one state all year
-    specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
-
-    @property
-    def decisions(self):
-        """What was decided: Decisions."""
-        plan = self.leaf.prepared.plan
-        on, kept = {key: plan[key].on for key in PINNED}, {name: getattr(plan, name) for name in KEPT}
-        return Decisions(on, kept, self.leaf.context.bounces, self.suns)
-
-    @property
-    def transfer(self):
-        """Transfer of the city, both states of its trees included."""
-        return join_seasons(self.leaf.transfer, self.bare and self.bare.transfer, self.leaf.prepared.plan)
 
 
 def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None, known=(None, None)):
@@ -149,62 +109,6 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
 def prepare_edit(base, scene, request):
     """Materials and patches of an edited city, with the decisions of the base: PreparedScene."""
     return prepare_decided(base.decisions, scene, request)
-
-
-def prepare_decided(decisions, scene, request):
-    """Materials and patches of a scene, with decisions that were made before: PreparedScene."""
-    pinned = replace(request, effects=decisions.on | request.effects)
-    prepared = prepare_scene(scene, pinned, suns=decisions.suns)
-    return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
-
-
-def restore_editable(scene, request, transfer, *, decisions, states, specular):
-    """A traced city as it was, from what its rays and suns met: EditableCity.
-
-    Parameters
-    ----------
-    scene : Scene
-    request : Request
-    transfer : Transfer
-    decisions : Decisions
-    states : list of dict
-        Of each state of the trees, fields of TracedCity: traced, lights and direct, and the bits of `Shadows`.
-    specular : callable
-        As of `EditableCity`.
-
-    Raises
-    ------
-    InputError
-        They are of another scene.
-    """
-    prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
-    found = []
-    for bare, kept in enumerate(states):
-        traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))
-        if len(bits) != len(prepared.patches):
-            problem = f"holds rays of {len(bits):,} patches, the city has {len(prepared.patches):,}"
-            raise InputError("rays.nc", problem, "trace the city again with --editable")
-        state, own = replace(prepared, bare=bool(bare)), transfer.bare if bare else replace(transfer, bare=None)
-        context = prepare_gather(state, request, silent)
-        task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
-        task.bits = bits
-        found.append(TracedCity(state, context, traced, task, lights, direct, own))
-    return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, specular)
-
-
-def check_editable(prepared, request):
-    """Refuse what cannot be edited.
-
-    Raises
-    ------
-    InputError
-    """
-    if request.estimator != "gather":
-        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
-    if prepared.scene.halo is not None:
-        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
-    if prepared.patches.points_before.any():
-        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
 
 
 class Known:

@@ -17,7 +17,7 @@ import numpy as np
 from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Site
 from ..city.terrain import Layer, Terrain
-from ..light.edit_light import Decisions
+from ..light.editable_city import Decisions
 from ..light.light_errors import LightError
 from ..light.solve_sky import SkyLight
 from ..light.solve_suns import Annual, SunLight

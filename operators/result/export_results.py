@@ -107,7 +107,7 @@ def write_results(session, name, path, progress=silent):
     InputError
     """
     from ...core.city.grid_cells import outline_surfaces
-    from ...core.commands.simulate import draw_city, write_exports
+    from ...core.commands.write_run import draw_city, write_exports
     from ...core.results.write_tables import write_tables
 
     scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request

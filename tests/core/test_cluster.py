@@ -24,7 +24,7 @@ from citypv.core.cluster.run_tasks import read_task, write_task
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
-from citypv.core.commands.simulate import describe_bound
+from citypv.core.commands.write_run import describe_bound
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene

@@ -1,0 +1,151 @@
+"""What a run writes: tables, pictures, summary, and files for other programs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
+from ..city.grid_cells import outline_surfaces, split_into_cells
+from ..city.racks import city_with_racks
+from ..cluster.trace_part import bound_hours
+from ..energy.pv_system import build_system
+from ..light.kept_matrix import is_on_disk
+from ..results.transfer_file import write_transfer
+from ..results.write_cityjson import write_cityjson
+from ..results.write_geopackage import write_geopackage
+from ..results.write_gltf import write_gltf
+from ..results.write_summary import summarise, write_summary
+from ..results.write_tables import write_tables
+from ..settings.progress import silent
+from ..study import (
+    compute_energy,
+)
+
+
+@dataclass
+class Output:
+    """What a run writes beside its tables."""
+
+    overwrite: bool = False  # replace the results in a folder that is not empty
+    exports: tuple = ()  # of choose_settings.EXPORTS
+    draw: Callable | None = None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+
+
+class Results(NamedTuple):
+    """What a run has found."""
+
+    city: Any  # City of `draw_city`, and
+    scene: Any  # Scene; None of a Transfer that was read from a file
+    transfer: Any  # Transfer
+    energy: Any  # Energy
+    weather: Any  # Weather
+
+
+def write_results(work, found, request, output, log):
+    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its surfaces are cut.
+
+    Parameters
+    ----------
+    work : Path
+    found : Results
+        Without energy, with the City as it was read.
+    request : Request
+    output : Output
+    log : RunLog
+    """
+    city, scene, transfer, _, weather = found
+    city = draw_city(city, scene, request)
+    transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
+    keep = not is_on_disk(transfer.visible_share) or bool({"transfer", "editable"} & set(output.exports))
+    energy = write_energy(work, transfer, weather, request, log, keep=keep)
+    if output.draw:
+        log.write("Blender")
+        output.draw(work, scene, transfer, energy, weather.label)
+        log.clock.lap("Blender")
+    return Results(city, scene, transfer, energy, weather)
+
+
+def write_energy(work, transfer, weather, request, log, *, keep=True):
+    """Compute the Energy of a Transfer and write its tables, and transfer.nc if `keep`: Energy."""
+    log.write("Electricity")
+    energy = compute_energy(transfer, weather, request, log.progress)
+    log.clock.lap("electricity")
+    write_tables(work, transfer, energy, weather, request, progress=log.progress)
+    if keep:
+        write_transfer(work / "transfer.nc", transfer, log.progress)
+    else:
+        log.write(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
+        log.write("  (--transfer writes it)")
+    log.clock.lap("write tables")
+    return energy
+
+
+def write_run(work, results, request, log, tiles=None, *, beside=None):
+    """Measure what effects of the modules and the sky's model change, and write summary.json: its totals.
+
+    `beside` are further sections of it.
+    """
+    _, scene, transfer, energy, weather = results
+    system = build_system(request)
+    shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
+    if shares:
+        log.write(f"  in full load hours: {', '.join(f'{key} {100 * share:+.1f} %' for key, share in shares.items())}")
+    log.clock.lap("shares of effects")
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
+    state_outcome(summary, shares, request)
+    state_sky(summary, transfer, weather, system, sky=energy.sky, threads=request.threads)
+    if tiles:
+        summary["tiles"] = state_bound(tiles, transfer, energy, weather)
+        log.write(f"  {describe_bound(summary['tiles'])}")
+    write_summary(work / "summary.json", summary | (beside or {}))
+    return summary["totals"]
+
+
+def write_exports(work, results, request, exports, progress=silent):
+    """Write files for other programs: `city.city.json`, `city.glb`, `city.gpkg`.
+
+    Parameters
+    ----------
+    work : Path
+    results : Results
+    request : Request
+    exports : collection of str
+    progress : callable, optional
+        See `core.progress`.
+    """
+    city, scene, transfer, energy, weather = results
+    tables = {"cityjson": ("city.city.json", write_cityjson), "geopackage": ("city.gpkg", write_geopackage)}
+    for name, write in (tables[key] for key in tables if key in exports):
+        system = build_system(request)
+        write(work / name, city, transfer, energy, system=system, label=weather.label, progress=progress)
+    if "gltf" in exports:
+        write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
+
+
+def draw_city(city, scene, request):
+    """City whose polygons are the surfaces of its scene: cells of the grid, and racks."""
+    cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
+    return city_with_racks(cells, scene)
+
+
+def state_bound(tiles, transfer, energy, weather):
+    """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces' irradiation: dict."""
+    chosen = energy.eligible & np.isfinite(energy.poa_global_annual)
+    area = transfer.surfaces.area[chosen]
+    hours = len(weather.data) / energy.years
+    mean = 1000 * float(np.average(energy.poa_global_annual[chosen], weights=area)) / hours if area.any() else 0.0
+    mean /= weather.interval.total_seconds() / 3600
+    bound = bound_hours(tiles["left_out"], transfer.record.brightest_albedo, weather, energy.sky, mean)
+    return tiles | {"bound": bound, "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation"}
+
+
+def describe_bound(tiles):
+    """What the tiles leave out, as a line of text."""
+    if tiles["bound"] is None:
+        beyond = "no bound is known for what lies beyond"
+    else:
+        beyond = f"what lies beyond changes at most {tiles['bound']:.2f} % of the irradiation"
+    reach = f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to {tiles['farthest']:,.0f} m"
+    return f"surroundings of the tiles: {reach}; {beyond}"
