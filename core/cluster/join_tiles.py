@@ -70,6 +70,8 @@ def empty_like(part, scene, count, folder):
         error_parts=parts and ErrorParts(**room_for(parts, count)),
         sources={name: SourceLight(**room_for(light, count)) for name, light in part.sources.items()},
         terrain=part.terrain,
+        no_room=np.zeros((count, len(part.clearances))),
+        clearances=part.clearances,
     )
 
 
@@ -80,7 +82,7 @@ def room_for(columns, count):
 
 def fill_rows(whole, rows, part):
     """Write the rows of a tile."""
-    for name in (*COLUMNS, *MATRICES):
+    for name in (*COLUMNS, *MATRICES, "no_room"):
         getattr(whole, name)[rows] = getattr(part, name)
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
     for columns, own in [*pairs, (whole.error_parts, part.error_parts)]:

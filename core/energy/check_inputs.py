@@ -39,6 +39,8 @@ def check_transfer(transfer):
             raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
     for name in SHARES:
         check_array(name, getattr(transfer, name), (count,), least=0, most=1 + UNIT)
+    if transfer.no_room is not None:
+        check_array("no_room", transfer.no_room, (count, len(transfer.clearances)), least=0, most=1 + UNIT)
     check_array("diffuse_relative", transfer.diffuse_relative, (count,), least=0)
     check_per_sun("visible_share", transfer.visible_share, (count, suns), most=1 + UNIT)
     check_per_sun("direct_reflected", transfer.direct_reflected, (count, suns))

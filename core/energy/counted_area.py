@@ -9,9 +9,10 @@ from ..city.city import number_names, whole_of_cell
 from ..city.classify import ORIENTATIONS, PAPER, SMALLEST_ELIGIBLE_AREA, classify
 from ..city.find_twins import find_twins
 from ..city.racks import RACK, find_racked_roofs, orient_racks
+from ..settings.errors import InputError
 from .pv_system import KINDS
 
-MOST_COVERED = 0.5  # share of a surface: if more of it is covered, it lies inside and carries no modules
+MOST_COVERED = 0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
 GROUND, COVERED = "ground, or under a building", "covered by a neighbour, or inside a building"  # without modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
@@ -24,7 +25,7 @@ class CountedArea:
     orientation: np.ndarray  # (n,) str
     eligible: np.ndarray  # (n,) bool
     flat_roof: np.ndarray  # (n,) bool: without racks; with the paper's sectors not among the eligible
-    open_area: np.ndarray  # (n,) [m²] not inside or under buildings
+    open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
     counted_area: np.ndarray  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
     module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
 
@@ -36,11 +37,16 @@ def find_counted_area(transfer, system):
     ----------
     transfer : Transfer
     system : PvSystem
-        Its settings `hidden_walls`, `overhangs`, `sectors` (of overhangs) and `usable` are used.
+        Its settings `hidden_walls`, `clearance`, `overhangs`, `sectors` (of overhangs) and `usable` are used.
 
     Returns
     -------
     CountedArea
+
+    Raises
+    ------
+    InputError
+        The Transfer knows the room for modules for other clearances.
     """
     surfaces = transfer.surfaces
     kind, orientation, eligible = np.array(surfaces.kind), np.array(surfaces.orientation), np.array(surfaces.eligible)
@@ -51,21 +57,34 @@ def find_counted_area(transfer, system):
         found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen], system.sectors)
         kind, orientation, eligible = map(partial(put_at, chosen), (kind, orientation, eligible), found)
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
-    open_area = area * (1.0 - np.minimum(covered, 1.0))
+    taken = np.minimum(covered + share_without_room(transfer, system), 1.0)
+    open_area = area * (1.0 - taken)
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
     carries_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
     eligible &= ~carries_racks
     flat_roof = (kind == "flat") & ~closure & ~carries_racks
     flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
     if system.hidden_walls == "leave-out":
-        eligible &= covered <= MOST_COVERED
-        flat_roof &= covered <= MOST_COVERED
+        eligible &= taken <= MOST_COVERED
+        flat_roof &= taken <= MOST_COVERED
         counted_area = open_area
     else:
         counted_area = area
     counted_area = np.where(eligible | flat_roof, counted_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
+
+
+def share_without_room(transfer, system):
+    """Share of surfaces that is open but has no room for a module: (n,); 0 where nothing is known of it."""
+    if transfer.no_room is None:
+        return np.zeros(len(transfer.surfaces))
+    if system.clearance not in transfer.clearances:
+        known = " or ".join(f"{length:g}" for length in transfer.clearances)
+        raise InputError(
+            "--clearance", f"{system.clearance:g} m was not traced", f"give {known}, or trace the city again"
+        )
+    return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 
 def put_at(rows, values, others):
@@ -78,8 +97,8 @@ def put_at(rows, values, others):
 def sum_left_out(transfer, system):
     """Surfaces that carry no modules, and their area [m²], each under the first reason that holds.
 
-    With the counted area they add up to the area of all surfaces: covered parts of surfaces that carry modules are with
-    those that are covered.
+    With the counted area they add up to the area of all surfaces: parts of surfaces that carry modules are with those
+    that are covered, or have no room.
 
     Parameters
     ----------
@@ -93,7 +112,8 @@ def sum_left_out(transfer, system):
     """
     surfaces, counted = transfer.surfaces, find_counted_area(transfer, system)
     kind, thematic, area = counted.kind, np.asarray(surfaces.thematic, str), np.asarray(surfaces.area, float)
-    leaves = system.hidden_walls == "leave-out"
+    leaves, covered = system.hidden_walls == "leave-out", np.asarray(transfer.covered_share, float)
+    cramped, no_room = share_without_room(transfer, system), f"no room: another face within {system.clearance:g} m"
     large, tilt = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.asarray(surfaces.surface_tilt)
     upright = np.where(kind == "facade", 90.0, tilt)  # overhangs that count
     facing = classify(large, upright, surfaces.surface_azimuth, thematic, system.sectors)[2]
@@ -103,17 +123,19 @@ def sum_left_out(transfer, system):
         "facing down": (kind == "downward") & (tilt >= STEEPEST_UNDERSIDE),
         "leaning outward by more than 1°": kind == "downward",
         "under racks": find_racked_roofs(surfaces.surface_id, surfaces.kind),
-        COVERED: leaves & (np.asarray(transfer.covered_share) > MOST_COVERED),
+        COVERED: leaves & (covered > MOST_COVERED),
+        no_room: leaves & (covered + cramped > MOST_COVERED),
         f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²": area < SMALLEST_ELIGIBLE_AREA,
         "steep, flat, or more than 30° off a main direction": ~facing,
         "drawn twice": np.ones(len(area), bool),
     }
     first = np.select(list(reasons.values()), list(reasons), default="")
     carries = counted.eligible | counted.flat_roof
+    parts = {COVERED: np.minimum(covered, 1), no_room: cramped} if leaves else {}
     found = {}
     for reason in reasons:
         own = ~carries & (first == reason)
-        hidden = (area - counted.counted_area)[carries].sum() if reason == COVERED else 0.0
+        hidden = area[carries] @ parts[reason][carries] if reason in parts else 0.0
         if own.any() or hidden > 0:
             found[reason] = {"count": int(own.sum()), "area": float(area[own].sum() + hidden)}
     return found
@@ -183,7 +205,7 @@ class Groups:
 def find_groups(counted, area):
     """Group the eligible surfaces by kind and orientation.
 
-    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ A · (1 − covered_share) they
+    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ open area they
     become means over the open area of the group.
 
     Parameters

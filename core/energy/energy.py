@@ -47,7 +47,7 @@ class Energy:
     longitude: float  # [°] of the weather
     eligible: np.ndarray  # (n,) bool: carries modules
     flat_roof: np.ndarray  # (n,) bool: not eligible only because it is flat
-    open_area: np.ndarray  # (n,) [m²] not inside or under buildings
+    open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
     counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
     sky: str = "isotropic"  # model of the diffuse sky

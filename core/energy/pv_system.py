@@ -14,6 +14,7 @@ import pvlib
 from ..city.classify import BEARING
 from ..city.racks import RACK
 from ..settings.errors import InputError
+from ..settings.system_settings import CLEARANCES
 
 SANDIA, CEC = "SandiaMod", "CECMod"
 NEEDED = {
@@ -75,6 +76,7 @@ class PvSystem:
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: Inverter | None = None
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
+    clearance: float = CLEARANCES[1]  # [m] to a face turned against a module, below which there is no room for it
     sectors: str = "8"  # or paper: azimuths that count
     overhangs: bool = False  # whether walls that lean outward by more than 1° are facades, as in the paper
     usable: dict = field(default_factory=dict)  # kind -> share of its area without windows and edges
@@ -128,6 +130,7 @@ def build_system(request):
         losses=request.losses,
         inverter=pick_inverter(request.inverter, request.dc_ac_ratio) if request.inverter else None,
         hidden_walls=request.hidden_walls,
+        clearance=request.clearance,
         sectors=request.sectors,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),

@@ -17,6 +17,7 @@ from ..sun.horizon import without_hidden
 from ..sun.suns import check_suns, interrupted_suns
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
+from .measure_room import list_clearances, measure_room
 from .prepare_scene import PreparedScene, prepare_scene
 from .rounds import keep_patches, with_patches
 from .solve_radiosity import Exchange, find_bounces, radiosity_factor
@@ -119,11 +120,17 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         clock.lap("preview")
     direct = solve_suns(context, traced, task, diffuse.by_replicate, folder=folder, specular=light)
     clock.lap("suns")
+    lengths = list_clearances(request)
+    shares = traced.covered, to_surface
+    room = measure_room(ray_scene, patches, prepared.scene, shares, clearances=lengths, threads=context.threads)
+    clock.lap("room for modules")
     transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=cover_of_surfaces(to_surface, traced.covered_share),
+        no_room=room,
+        clearances=lengths,
         sky_view_factor=to_surface @ traced.sky.mean(axis=1),
         far_ground_view_factor=to_surface @ traced.far_ground.mean(axis=1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,

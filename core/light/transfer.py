@@ -192,6 +192,8 @@ class Transfer:
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
+    no_room: np.ndarray | None = None  # (n, k) share that is open, but looks at a face from less than each clearance
+    clearances: tuple = ()  # (k,) [m]; none: unknown
     patch_light: PatchLight | None = None  # for further rounds of the same run; not kept in files
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
     notes: tuple = ()  # of str: what its file, written by another version, lacks

@@ -35,6 +35,7 @@ from .inside_test import (
 )
 
 AFTER_FIRST = np.arange(RAYS) > 0
+UPRIGHT = np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0)  # cells: all along the edges, half of the others
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -60,7 +61,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
-    starts = starts_in_cells(patches.place_key[chosen], np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0))
+    starts = starts_in_cells(patches.place_key[chosen], UPRIGHT)
     first = first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))

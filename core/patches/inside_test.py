@@ -117,33 +117,40 @@ def find_touching(patches, own, hits):
     -------
     (m,) bool
     """
-    touching = np.zeros(len(own), bool)
     closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]) / WIDTH, 1)).astype(np.float32)
-    mark_touching((patches.corner, patches.edges, patches.facing), (own, closest), tuple(hits), touching)
-    return touching
+    return facing_distance(patches, own, hits) < closest
+
+
+def facing_distance(patches, own, hits):
+    """Distance from patches to the faces that rays from there meet, as of `find_touching`: (m,) float32 [m]; infinite
+    where these do not look back at them."""
+    distance = np.full(len(own), np.inf, np.float32)
+    measure_facing((patches.corner, patches.edges, patches.facing), own, tuple(hits), distance)
+    return distance
 
 
 @njit(nogil=True, cache=True)
-def mark_touching(shapes, starts, hits, touching):
-    """Set entries of the last argument, (m,) bool, for `find_touching`.
+def measure_facing(shapes, own, hits, distance):
+    """Write the last argument, (m,) float32 [m], for `facing_distance`.
 
     Parameters
     ----------
     shapes : tuple of (p, 3) float32 [m], (p, 2, 3) float32 [m] and (p, 4) float32
         `corner`, `edges` and `facing` of `Patches`.
-    starts : tuple of (m,) int and (m,) float32 [m]
-        The patch that each ray starts from, and how close a face must be.
+    own : (m,) int
+        The patch that each ray starts from.
     hits : tuple of (m,) int, (m,) float32 and (m,) float32
         Of `HitPlaces`.
     """
-    (corner, edges, facing), (own, closest), (met, b1, b2) = shapes, starts, hits
+    (corner, edges, facing), (met, b1, b2) = shapes, hits
     for ray in range(len(own)):
         one, other = own[ray], met[ray]
         if other < 0:
             continue
-        cosine, distance = np.float32(0), np.float32(0)
+        cosine, away = np.float32(0), np.float32(0)
         for axis in range(3):
             along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
             cosine += facing[one, axis] * facing[other, axis]
-            distance += facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
-        touching[ray] = cosine < OPPOSITE and distance < closest[ray]
+            away += facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
+        if cosine < OPPOSITE:
+            distance[ray] = away

@@ -34,7 +34,7 @@ COLUMNS = (
     Column("eligible", "surfaces", "facade or roof by its shape, or rack", kind="flag", tabled=False, stored=True),
     Column("eligible", "energy", "facade or roof that modules may be mounted on, or rack", kind="flag"),
     Column("area", "surfaces", "area without holes", "m2", stored=True),
-    Column("open_area", "energy", "area that lies neither inside nor under buildings", "m2"),
+    Column("open_area", "energy", "area neither inside nor under buildings, with room for modules before it", "m2"),
     Column("module_area", "energy", "area that carries modules", "m2"),
     Column("surface_tilt", "surfaces", "tilt from the horizontal", "degree", stored=True),
     Column("surface_azimuth", "surfaces", "azimuth clockwise from true north", "degree", stored=True),

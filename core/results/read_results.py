@@ -252,8 +252,9 @@ def select_mounted(faces):
         kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
         The rows keep the index of `faces`.
     """
-    flat = (
-        (faces["kind"] == "flat") & (faces["area"] >= SMALLEST_ELIGIBLE_AREA) & (faces["covered_share"] <= MOST_COVERED)
+    flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST_ELIGIBLE_AREA)
+    flat &= (faces["covered_share"] <= MOST_COVERED) & (
+        faces.get("open_area", faces["area"]) >= (1 - MOST_COVERED) * faces["area"]
     )
     flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
     chosen = faces[((faces["eligible"] == "true") | flat) & faces["full_load_hours"].notna()]

@@ -80,6 +80,10 @@ TERRAIN_DETAILS = {
     "long_name": "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
 }
 
+NO_ROOM, CLEARANCE = "no_room", "clearance"  # files written before they were kept lack them
+UNKNOWN_ROOM = "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no effect"
+ROOM_DETAILS = {"units": "1", "long_name": "share that is open, but looks at a face from less than the clearance"}
+
 SOURCE_LIGHT = {  # field of SourceLight -> long name, of each traced source; files of isotropic skies have none
     "view_factor": "light of {title}, per {unit}, without reflections",
     "relative": "light of {title}, per {unit}, reflections included",
@@ -105,6 +109,8 @@ DIMENSIONS = {
     "normal": ("surface", "axis"),
     "direction": ("sun", "axis"),
     TERRAIN: ("azimuth",),
+    NO_ROOM: ("surface", CLEARANCE),
+    CLEARANCE: (CLEARANCE,),
 }
 
 
@@ -184,10 +190,20 @@ def describe_state(transfer):
         for field, words in SOURCE_LIGHT.items():
             named = words.format(name=source.name, title=source.title, unit=source.unit)
             variables[source.variable(field)] = "surface", getattr(light, field), {"units": "1", "long_name": named}
+    shapes, source = describe_shapes(transfer)
+    return variables | shapes, attributes | source
+
+
+def describe_shapes(transfer):
+    """What only some Transfers know of geometry: outlines, room for modules, distant terrain. As `describe_state`."""
+    variables, attributes = {}, {}
     if transfer.outlines is not None:
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
             variables[name] = (dimensions, array, details, {"compression": "gzip", "shuffle": True})
+    if transfer.no_room is not None:
+        variables[NO_ROOM] = (DIMENSIONS[NO_ROOM], transfer.no_room, ROOM_DETAILS)
+        variables[CLEARANCE] = ((CLEARANCE,), np.array(transfer.clearances, float), {"units": "m"})
     if transfer.terrain is not None:
         variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
         attributes["terrain_source"] = transfer.terrain.source
@@ -242,7 +258,9 @@ def read_transfer(path):
                 if state[name].dims != DIMENSIONS[name]:
                     raise InputError(path, f"{name} lies along {state[name].dims}, not {DIMENSIONS[name]}", CURE)
             check_sums(path, state)
-        transfer = replace(transfer_of_dataset(dataset), notes=() if SUMS in dataset.attrs else (UNCHECKED,))
+        notes = () if SUMS in dataset.attrs else (UNCHECKED,)
+        notes += () if NO_ROOM in dataset else (UNKNOWN_ROOM,)
+        transfer = replace(transfer_of_dataset(dataset), notes=notes)
         if bare is None:
             return transfer
         months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
@@ -277,6 +295,8 @@ def transfer_of_dataset(dataset):
         found["error_parts"] = ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
     if set(OUTLINES) <= set(dataset):
         found["outlines"] = Outlines(*(dataset[name].values for name in OUTLINES))
+    if NO_ROOM in dataset:
+        found["no_room"], found["clearances"] = dataset[NO_ROOM].values, tuple(dataset[CLEARANCE].values.tolist())
     if TERRAIN in dataset:
         found["terrain"] = TerrainHorizon(dataset[TERRAIN].values, str(dataset.attrs["terrain_source"]))
     return Transfer(

@@ -33,6 +33,7 @@ METHODS = {
         "losses": 0.0,
         "inverter": None,
         "hidden_walls": "count",
+        "clearance": 0.01,
         "sectors": "paper",
         "overhangs": "count",
         "usable": {},

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from .setting import setting
 
+CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
 METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
@@ -101,6 +102,17 @@ class SystemSettings:
         title="Hidden walls",
         panel="energy",
         choices=HIDDEN_WALLS,
+    )
+    clearance: float = setting(
+        CLEARANCES[1],
+        "electricity",
+        "room that a module needs before it, up to a face turned against it",
+        kind="number",
+        title="Clearance",
+        panel="energy",
+        unit="m",
+        metavar="M",
+        least=0,
     )
     sectors: str = setting(
         "8",

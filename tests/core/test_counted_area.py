@@ -18,6 +18,7 @@ from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_summary import describe_years, sum_totals
 from citypv.core.results.write_tables import write_buildings, write_groups, write_series
+from citypv.core.settings.errors import InputError
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
@@ -68,6 +69,25 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     }
     left_out = sum(one["area"] for one in total["without_modules"].values())
     assert total["eligible_area"] + left_out == pytest.approx(transfer.surfaces.area.sum())
+
+
+def test_what_has_no_room_carries_no_modules(transfer, berlin):
+    """0.3 of the first wall, 0.4 of the second and 0.3 of the third, of which half is covered; all of a roof."""
+    cramped = np.zeros((11, 2))
+    cramped[[0, 1, 2, 7], 1] = 0.3, 0.4, 0.3, 1
+    known = replace(transfer, no_room=cramped, clearances=(0.01, 0.3))
+    energy, system = compute_energy(known, berlin), build_system(Request())
+    assert energy.eligible.tolist() == [True, False, False] + [False] * 5 + [True] + [False] * 2
+    # The second has 0.2 covered and 0.4 cramped, together more than half.
+    np.testing.assert_allclose(energy.open_area[[0, 1, 2, 7, 8]], [70, 20, 8, 0, 56])
+    left_out = sum_totals(known, energy, system)["without_modules"]
+    assert left_out["no room: another face within 0.3 m"] == {"count": 3, "area": pytest.approx(50 + 40 + 60 + 30)}
+    whole = sum_totals(known, energy, system)["eligible_area"] + sum(one["area"] for one in left_out.values())
+    assert whole == pytest.approx(transfer.surfaces.area.sum())
+    paper = compute_energy(known, berlin, build_system(Request(clearance=0.01)))
+    assert (paper.eligible == compute_energy(transfer, berlin).eligible).all()
+    with pytest.raises(InputError, match=r"--clearance: 0\.1 m was not traced; give 0\.01 or 0\.3"):
+        compute_energy(known, berlin, build_system(Request(clearance=0.1)))
 
 
 def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
@@ -281,6 +301,9 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     assert (annual["full_load_hours"] < 0.86 * annual["full_load_hours_dc"]).all()
     assert run_yield(traced, tmp_path / "b", "--series", "a_south", "nobody") == 2
     assert "--series" in capsys.readouterr().err and not (tmp_path / "b").exists()
+    assert run_yield(traced, tmp_path / "c", "--clearance", "0.01") == 0
+    assert run_yield(traced, tmp_path / "b", "--clearance", "0.2") == 2
+    assert "give 0.01 or 0.3" in capsys.readouterr().err
     for wrong in (["--usable", "facade"], ["--usable", "attic=0.5"], ["--losses", "120"], ["--diffuse-iam", "yes"]):
         assert run_yield(traced, tmp_path / "b", *wrong) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1 and not (tmp_path / "b").exists()

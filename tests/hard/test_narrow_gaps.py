@@ -11,8 +11,9 @@ from scenes import run_forward, run_gather
 from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
 from thorough import draw_count
-from towns import boxes
+from towns import boxes, city_of_polygons
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.commands.hard_checks import narrow_gap
 from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.light.measure_cover import find_cover
@@ -100,6 +101,39 @@ def test_gather_is_forward_in_a_gap():
 def test_the_gap_of_the_selfcheck():
     """Light spread down a gap by patches as large as its walls is within what they state."""
     assert narrow_gap() == (1.0, 0.0)
+
+
+def room(scene, **settings):
+    """Shares without room for a module of a run with hardly a ray, and the clearances that they are for."""
+    transfer = run_gather(scene, SUNS, samples=16, shadow_samples=1, max_bounces=0, **settings)
+    return transfer.no_room, transfer.covered_share, transfer.clearances
+
+
+@pytest.mark.parametrize(
+    ("gap", "within"), [(0.005, ()), (0.02, (0.05, 0.3)), (0.2, (0.3,)), (0.29, (0.3,)), (0.31, ())]
+)
+def test_a_gap_has_no_room_for_modules(gap, within):
+    """The wall of the lower box and 12 of 20 m of the other's; what touches is covered, not short of room as well."""
+    shares, covered, clearances = room(boxes_apart(gap), clearance=0.05)
+    assert clearances == (0.01, 0.05, 0.3)
+    for column, length in enumerate(clearances):
+        expected = np.zeros(len(shares))
+        expected[[3, 11]] = (1, 0.6) if length in within else 0
+        np.testing.assert_allclose(shares[:, column], expected, atol=0.03)
+    assert covered[3] == pytest.approx(float(gap < 0.01), abs=0.03)
+
+
+@pytest.mark.parametrize(("angle", "cramped"), [(0, True), (24, True), (28, False)])
+def test_a_face_must_be_turned_against_it(angle, cramped):
+    """A panel 0.15 m before the middle of a wall, turned about the upright axis: up to 25.8° it leaves no room."""
+    turn, middle, up = np.radians(angle), np.array([0, 0.15, 3]), np.array([0, 0, 2.0])
+    half = 0.2 * np.array([np.cos(turn), np.sin(turn), 0])
+    panel = [middle - half - up, middle + half - up, middle + half + up, middle - half + up]
+    wall = [[-2, 0, 0.5], [-2, 0, 5.5], [2, 0, 5.5], [2, 0, 0.5]]
+    city = city_of_polygons([wall, panel], building=[0, 1])
+    shares, covered, _ = room(build_scene(city, 52, 13, ground="none", patch_size=1.0))
+    assert covered[0] == 0
+    assert shares[0, -1] == pytest.approx(0.4 * np.cos(turn) * 4 / 20 * cramped, abs=0.02)
 
 
 def test_what_is_left_after_two_steps():

@@ -1,0 +1,74 @@
+"""Room for modules: which part of each surface is open, but looks at another face from less than a clearance.
+
+│ │        A ray from each cover cell goes straight ahead. There is no room where it meets a face turned against its own
+│→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above a roof. Light and
+│ │        cover know nothing of it: what is narrower than `inside_test.CONTACT` touches, all else is a gap.
+"""
+
+import numpy as np
+
+from ..city.racks import RACK
+from ..patches.find_covered import UPRIGHT, starts_in_cells
+from ..patches.inside_test import facing_distance
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
+from ..settings.system_settings import CLEARANCES
+from ..settings.threads import map_in_order
+from .kept_matrix import cover_of_surfaces
+from .measure_cover import PATCHES_PER_TASK
+
+
+def list_clearances(request):
+    """Lengths for which the room of a run is kept: that of the paper, the default and its own, ascending [m]."""
+    return tuple(sorted({*CLEARANCES, request.clearance}))
+
+
+def measure_room(ray_scene, patches, scene, covered, *, clearances, threads):
+    """Share of each surface that is not covered, but has no room for a module.
+
+    Parameters
+    ----------
+    ray_scene : FacingScene
+    patches : Patches
+    scene : Scene
+        Of these patches. Racks have room: they are laid by rules of their own.
+    covered : tuple of (p, CELL_DIVISIONS²) bool and (n, p) sparse
+        What of each patch is covered, and weights of patches in the means of surfaces.
+    clearances : tuple of float [m]
+    threads : int
+
+    Returns
+    -------
+    (n, k) float64
+    """
+    cells, to_surface = covered
+    owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
+    rows = np.flatnonzero(patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1))
+    tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
+    share = np.zeros((len(patches), len(clearances)), np.float32)
+
+    def look(chosen):
+        return find_cramped(ray_scene, patches, chosen, clearances)
+
+    for chosen, cramped in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
+    return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
+
+
+def find_cramped(ray_scene, patches, chosen, clearances):
+    """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k, cells) bool."""
+    if ray_scene.whole is not None:
+        ray_scene, patches, rows = ray_scene.whole
+        chosen = rows[chosen]
+
+    def look_ahead(some, cells):
+        b1, b2, _ = starts_in_cells(patches.place_key[some], cells)
+        origins = points_of_patches(patches, some, b1, b2).reshape(-1, 3)
+        own = np.repeat(some, len(cells))
+        hits = ray_scene.trace_places(origins, patches.normal[own])
+        return facing_distance(patches, own, hits).reshape(b1.shape)
+
+    found = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
+    near = np.flatnonzero((look_ahead(chosen, UPRIGHT) < max(clearances)).any(axis=1))
+    distance = look_ahead(chosen[near], np.arange(CELL_DIVISIONS**2))
+    found[near] = distance[:, None] < np.float32(clearances)[:, None]
+    return found
