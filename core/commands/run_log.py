@@ -64,6 +64,8 @@ def report_outcome(log, folder, energy, totals):
             power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
             log.write(f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, {power}")
     for reason, one in totals["without_modules"].items():
+        if not one["count"] and one["area"] < 1:
+            continue
         log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
     log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
 

@@ -27,8 +27,8 @@ def twins(polygons, building=None):
     city = city_of_polygons(polygons, building=building)
     scene = build_scene(city, **PLACE)
     named = [city.surface_id.index(name) for name in scene.report.repaired.get(DRAWN_TWICE, [])]
-    facades = (scene.surfaces.kind == "facade") & (scene.surfaces.area > 6.25)
-    assert (scene.surfaces.eligible == (facades & ~np.isin(np.arange(len(polygons)), named))).all()
+    bearing = (scene.surfaces.kind != "downward") & (scene.surfaces.area > 6.25)
+    assert (scene.surfaces.eligible == (bearing & ~np.isin(np.arange(len(polygons)), named))).all()
     return named
 
 
