@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, count_of
 from ..settings.progress import ignore_share, report_part
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
@@ -191,6 +191,6 @@ def _note_sheets(scene):
     if len(rows):
         area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows[:5]]
         scene.report.notes.append(
-            f"{len(rows):,} surfaces ({area:,.0f} m²) have no thickness and enclose nothing: their backs receive and "
-            f"reflect light too, their rows are the fronts as drawn: {', '.join(names)} …"
+            f"{count_of(len(rows), 'surface')} ({area:,.0f} m²) without thickness, enclosing nothing: backs receive "
+            f"and reflect light too, the row is the front as drawn: {', '.join(names)} …"
         )

@@ -7,7 +7,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from ..settings.errors import InputError, check_array
+from ..settings.errors import InputError, check_array, count_of
 from .build_ground import (
     DEFAULT_PATCH,
     REACH,
@@ -228,12 +228,12 @@ def _join(feet, ground, longest):
     if len(raised):
         area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
         words.append(
-            f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
+            f"{count_of(len(raised), 'surface')} above the terrain, by up to {above.max():.1f} m: "
             f"walls extended downwards, about {area:,.0f} m² without a row in the results."
         )
     if len(below_ground):
         words.append(
-            f"{len(below_ground)} surfaces end below the terrain, by up to {below.max():.1f} m: "
+            f"{count_of(len(below_ground), 'surface')} below the terrain, by up to {below.max():.1f} m: "
             "their parts below the terrain receive no light."
         )
     return (vertices, triangles), raised, below_ground, words

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, count_of
 from .build_scene import DRAWN_TWICE
 from .city import whole_of_cell
 from .classify import classify, measure_tilt
@@ -167,8 +167,8 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     fronts = np.round(np.concatenate(fronts), MICROMETRE)
     rows = describe_rows(city, fronts, roof_of_row, sectors)
     scene.report.notes.append(
-        f"{len(rows):,} racks, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of {len(roofs):,} "
-        f"flat roofs of {racks.area:g} m² or more"
+        f"{count_of(len(rows), 'rack')}, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of "
+        f"{count_of(len(roofs), 'flat roof')} of {racks.area:g} m² or more"
     )
     return stand_slabs(scene, fronts, rows, patch_size, racks.back_albedo)
 

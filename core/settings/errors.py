@@ -27,9 +27,9 @@ class InputError(ValueError):
         return type(self), (self.source, self.problem, self.cure)
 
 
-def count_of(number, noun):
+def count_of(number, noun, write="{:,}".format):
     """A number of things in words: 1 surface, 1,200 surfaces."""
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+    return f"{write(number)} {noun}{'' if number == 1 else 's'}"
 
 
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this

@@ -4,7 +4,7 @@ from functools import partial
 
 import bpy
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
 from ..attributes import write_classes
 from ..in_place import OF_CITY, TAKEN, is_in_place, put_in_place, remember_shape, write_sources
@@ -55,7 +55,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         before, scene, findings = result
         show_kinds(context, before, Session(city=before.city, scene=scene), findings)
         eligible = scene.surfaces.eligible.sum()
-        return f"{len(scene.surfaces)} surfaces, {eligible} of them eligible for photovoltaics"
+        return f"{count_of(len(scene.surfaces), 'surface')}, {eligible} of them eligible for photovoltaics"
 
 
 def show_kinds(context, before, session, findings):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import bpy
 
 from ...core.effects.table import PLANNING
+from ...core.settings.errors import count_of
 from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
@@ -75,7 +76,9 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         session, _, transfer, *_ = result
         interrupted = keep_light(context, *result)
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
-        traced = interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
+        traced = interrupted or (
+            f"Traced {count_of(len(transfer.surfaces), 'surface')} and {count_of(len(transfer.suns), 'sun')}"
+        )
         return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
 
 

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, count_of
 from ..attributes import CHANGE, COMPARED, PREFIX, read_face_attribute, remove_face_attributes, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
 from ..light.keep_transfer import find_kept, read_kept, reopen_session
@@ -41,7 +41,9 @@ def compare_with_before(stage, city, ground):
         earlier, later = values_of_surfaces(before, name, len(row_of)), values_of_surfaces(city, name, len(ids))
         write_surface_values(city, ground, CHANGE + name, np.where(rows < 0, np.nan, later - earlier[rows]))
     new, gone = int((rows < 0).sum()), len(set(row_of) - set(ids))
-    city[FOUND] = f"{len(ids) - new} surfaces matched by id; grey: {new} new" + (f"; {gone} are gone" if gone else "")
+    city[FOUND] = f"{count_of(len(ids) - new, 'surface')} matched by id; grey: {new} new" + (
+        f"; {gone} are gone" if gone else ""
+    )
     totals = before.get(ENERGY, {})
     rows = [(name, totals[name], after) for name, after in city.get(ENERGY, {}).items() if name in totals]
     city[CHANGES] = ["|".join([name, *map(write_energy, (old, later, later - old))]) for name, old, later in rows]

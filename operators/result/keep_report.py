@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, count_of
 from ..attributes import KIND_CODES, ORIENTATION_CODES, PREFIX, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..run_step import Action, OfCity
@@ -78,8 +78,8 @@ def describe_import(scene):
     report, site = scene.report, scene.site
     names = [Path(path).name for path in report.files]
     lines = [", ".join(names[:NAMES_SHOWN]) + (f" … {len(names)} files" if len(names) > NAMES_SHOWN else "")]
-    counts = report.building_count, report.part_count, len(scene.surfaces)
-    lines.append("{} buildings, {} parts, {} surfaces".format(*map(write_number, counts)))
+    counts = {"building": report.building_count, "part": report.part_count, "surface": len(scene.surfaces)}
+    lines.append(", ".join(count_of(count, noun, write_number) for noun, count in counts.items()))
     for words, lods in (("Detail met", report.lods_met), ("Detail taken", report.lods_chosen)):
         told = [f"LoD {lod}: {write_number(count)}" for lod, count in lods.items() if lod]
         lines += [f"{words}: {', '.join(told)}"] if told else []

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, count_of
 from ..attributes import PREFIX, read_array, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..in_place import FACE, OBJECT, is_in_place, is_seen, list_taken
@@ -112,7 +112,7 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
         chosen = find_faces(city, self.group)
         select_faces(context, city, chosen)
         count = len(np.unique(read_face_attribute(city.data, "surface")[chosen]))
-        return f"{count} surfaces selected: {self.group.partition('/')[2]}"
+        return f"{count_of(count, 'surface')} selected: {self.group.partition('/')[2]}"
 
 
 class DeselectFaces(OfCity, Action, bpy.types.Operator):
@@ -141,4 +141,4 @@ class SelectBuildings(OfCity, Action, bpy.types.Operator):
             raise InputError(city.name, "no faces are selected", "select faces in edit mode")
         select_faces(context, city, np.isin(building, wanted))
         names = ", ".join(city[BUILDINGS][k] for k in wanted[:NAMES_SHOWN].tolist())
-        return f"{len(wanted)} buildings: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}"
+        return f"{count_of(len(wanted), 'building')}: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}"
