@@ -116,10 +116,11 @@ def write_exports(work, results, request, exports, progress=silent):
         See `core.progress`.
     """
     city, scene, transfer, energy, weather = results
-    tables = {"cityjson": ("city.city.json", write_cityjson), "geopackage": ("city.gpkg", write_geopackage)}
-    for name, write in (tables[key] for key in tables if key in exports):
-        system = build_system(request)
-        write(work / name, city, transfer, energy, system=system, label=weather.label, progress=progress)
+    told = {"system": build_system(request), "progress": progress}
+    if "cityjson" in exports:
+        write_cityjson(work / "city.city.json", city, transfer, energy, label=weather.label, **told)
+    if "geopackage" in exports:
+        write_geopackage(work / "city.gpkg", city, transfer, energy, weather=weather, **told)
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
 

@@ -101,6 +101,46 @@ def join_seasons(one, other, share):
     return replace(one, **joined)
 
 
+def kwp_of_hours(area, energy, system):
+    """Nominal power by which the hours of whole polygons count, as their modules lie on the counted area: (n,) [kWp].
+
+    Parameters
+    ----------
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+    energy : Energy
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+        0 for surfaces without modules or hours.
+    """
+    counts = np.isfinite(energy.full_load_hours) & (energy.counted_area > 0)
+    spread = np.divide(area, energy.counted_area, out=np.zeros(len(counts)), where=counts)
+    return energy.module_area / area_of_kwp(system.module) * spread
+
+
+def exceeded_energy(by_year):
+    """Energy that is exceeded in half (P50) and in nine of ten (P90) of the given years.
+
+    The k-th lowest of y years is not reached in a share k/(y + 1), whatever the distribution (Weibull's plotting
+    position); in between lies a straight line. With fewer than nine years P90 is the lowest of them.
+
+    Parameters
+    ----------
+    by_year : numpy.ndarray, (y,) or (y, b)
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, () or (b,)
+        "p50" and "p90"; empty for fewer than two years.
+    """
+    if len(by_year) < 2:
+        return {}
+    return {f"p{share}": np.quantile(by_year, 1 - share / 100, axis=0, method="weibull") for share in (50, 90)}
+
+
 def sum_potential(rows, area, energy, system):
     """Total power and energy and mean full load hours of some surfaces.
 

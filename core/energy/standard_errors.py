@@ -1,9 +1,12 @@
 """Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
 from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
+from ..sun.sky_models import split_sky
 from .energy import states_of_year
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
@@ -63,6 +66,48 @@ def noise_of_mean(weight, own, passed_on):
     passed_on : (n, r) float
     """
     return weight**2 @ own + variance_of_mean(weight @ passed_on)
+
+
+def errors_of_sums(transfer, weather, energy, weights, label):
+    """Standard errors of weighted sums of surfaces' full load hours, as of buildings.
+
+    As for groups, but of the error of sun sampling only the bias of kind and orientation is common to surfaces.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    weather : Weather
+    energy : Energy
+        Of both.
+    weights : list of numpy.ndarray, (n,)
+        p of them; not negative.
+    label : numpy.ndarray, (n,) int
+        Sum that each surface belongs to.
+
+    Returns
+    -------
+    list of numpy.ndarray, (label.max() + 1,)
+        For each of the weights; NaN where the error of a surface is unknown.
+    """
+    hours, surfaces = energy.full_load_hours, transfer.surfaces
+    sky = split_sky(weather, energy.sky)
+    own, passed_on, discretisation, _ = carry_to_hours(
+        transfer, weather, hours, energy.poa_global_annual, energy.years, sky=sky
+    )
+    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
+    bias, rms = (
+        np.array([sun_sampling_share(transfer.record, name, part) for name in names]) * hours
+        for part in ("bias", "rms")
+    )
+    apart, count, found = own + np.maximum(rms**2 - bias**2, 0.0), label.max(initial=-1) + 1, []
+    for weight in weights:
+        rows = np.flatnonzero(weight > 0)
+        share = weight[rows]
+        add = partial(np.bincount, label[rows], minlength=count)
+        common = np.stack([add(share * replicate[rows]) for replicate in passed_on.T], axis=1)
+        signed = add(share * discretisation[rows]) ** 2 + add(share * bias[rows]) ** 2
+        found.append(np.sqrt(add(share**2 * apart[rows]) + variance_of_mean(common) + signed))
+    return found
 
 
 def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):

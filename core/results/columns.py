@@ -71,3 +71,8 @@ def column_values(column, transfer, energy):
     carriers = {"surfaces": transfer.surfaces, "transfer": transfer, "energy": energy}
     values = getattr(carriers[column.owner], column.name)
     return np.asarray(values, float) if column.kind == "number" else values
+
+
+def name_months(by_month):
+    """Columns of the months: full_load_hours_01 to _12, each (n,) [h]."""
+    return {f"full_load_hours_{month + 1:02d}": by_month[:, month] for month in range(12)}

@@ -15,7 +15,7 @@ import shapely
 
 from ..settings.progress import silent
 from .columns import TABLED, column_values
-from .write_tables import sum_buildings
+from .write_buildings import sum_buildings
 
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
@@ -40,7 +40,7 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
 """
 
 
-def write_geopackage(path, city, transfer, energy, *, system, label, progress=silent):
+def write_geopackage(path, city, transfer, energy, *, system, weather, progress=silent):
     """Write a city with its results as a GeoPackage with two layers.
 
     `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the footprints, the
@@ -54,21 +54,21 @@ def write_geopackage(path, city, transfer, energy, *, system, label, progress=si
     transfer : Transfer
     energy : Energy
     system : PvSystem
-    label : str
-        Of the weather.
+    weather : Weather
+        Of the energy.
     progress : callable, optional
         See `core.progress`.
     """
     Path(path).unlink(missing_ok=True)
     shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
-    columns, rows = TABLED, sum_buildings(transfer, energy, system)
-    types = dict.fromkeys(rows[0], "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
+    columns, rows = TABLED, sum_buildings(transfer, energy, system, weather)
+    types = dict.fromkeys(rows, "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
     tables = {  # SQL types and values by column
         "surfaces": (
             {column.name: TYPES[column.kind] for column in columns},
             {column.name: list(column_values(column, transfer, energy)) for column in columns},
         ),
-        "buildings": (types, {name: [row[name] for row in rows] for name in types}),
+        "buildings": (types, {name: rows[name].tolist() for name in types}),
     }
     drawn = {"surfaces": shapes, "buildings": draw_footprints(city, shapes, tables["buildings"][1]["building_id"])}
     with closing(sqlite3.connect(path)) as file, file:
@@ -78,7 +78,7 @@ def write_geopackage(path, city, transfer, energy, *, system, label, progress=si
         number = write_system(file, city.crs)
         for done, (name, (kinds, columns)) in enumerate(tables.items()):
             progress(STAGE, done, len(tables), "layers")
-            write_layer(file, (name, number, f"weather: {label}"), kinds, columns, drawn[name])
+            write_layer(file, (name, number, f"weather: {weather.label}"), kinds, columns, drawn[name])
         progress(STAGE, len(tables), len(tables), "layers")
 
 

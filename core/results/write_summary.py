@@ -14,7 +14,7 @@ from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.scene import surface_of_triangles
 from ..energy.counted_area import find_counted_area, sum_left_out
-from ..energy.energy import split_years, sum_potential
+from ..energy.energy import exceeded_energy, kwp_of_hours, split_years, sum_potential
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
@@ -140,9 +140,12 @@ def sum_totals(transfer, energy, system):
     """
     area, kind = np.asarray(transfer.surfaces.area, float), find_counted_area(transfer, system).kind
     rows = {name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name) for name in KINDS}
+    own = energy.eligible & np.isfinite(energy.full_load_hours)
+    by_year = kwp_of_hours(area, energy, system)[own] @ energy.full_load_hours_by_year[own] / 1000  # (y,) [MWh]
     return {
         "count": int(energy.eligible.sum()),
         **sum_potential(energy.eligible, area, energy, system),
+        **{f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()},
         "area_per_kwp": area_of_kwp(system.module),
         "kinds": {
             name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy, system)}

@@ -6,13 +6,14 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..energy.energy import split_years, sum_potential
+from ..energy.energy import split_years
 from ..energy.pv_system import build_system
 from ..settings.progress import ignore_share
 from ..sun.solar_position import local_middle
-from .columns import TABLED, column_values
+from .columns import TABLED, column_values, name_months
 from .netcdf_file import netcdf_file, write_variables
 from .surfaces_file import write_surfaces
+from .write_buildings import write_buildings
 
 WRITTEN = 0.7  # share of the time for formatting the numbers
 
@@ -51,11 +52,6 @@ def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=Fa
         if table[name].dtype.kind == "f":
             table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
     table.to_csv(path, index=False, lineterminator="\n")
-
-
-def name_months(by_month):
-    """Columns of the months: full_load_hours_01 to _12, each (n,) [h]."""
-    return {f"full_load_hours_{month + 1:02d}": by_month[:, month] for month in range(12)}
 
 
 def write_groups(path, energy):
@@ -157,49 +153,6 @@ def sum_periods(capacity_factor, energy, periods):
     return sums
 
 
-def write_buildings(path, transfer, energy, system, *, monthly=False):
-    """Write sums over the eligible surfaces of each building.
-
-    Parameters
-    ----------
-    path : path-like
-    transfer : Transfer
-    energy : Energy
-    system : PvSystem
-    monthly : bool
-        Whether to add columns with the full load hours of each month.
-    """
-    rows = sum_buildings(transfer, energy, system, monthly=monthly)
-    table = pd.DataFrame(rows)
-    for column in table.columns[3:]:
-        values = np.array([np.nan if value is None else np.squeeze(value) for value in table[column]], float)
-        table[column] = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
-    table.to_csv(path, index=False, lineterminator="\n")
-
-
-def sum_buildings(transfer, energy, system, *, monthly=False):
-    """Sums over the eligible surfaces of each building, in alphabetical order: list of dict.
-
-    Parameters as in `write_buildings`.
-    """
-    area = np.asarray(transfer.surfaces.area, float)
-    names, building = np.unique(np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
-    order = np.argsort(building, kind="stable")
-    members = np.split(order, np.searchsorted(building[order], np.arange(1, len(names))))
-    rows = []
-    for name, own in zip(names, members, strict=True):
-        eligible = own[energy.eligible[own]]
-        row = {"building_id": name, "surfaces": len(own), "eligible": len(eligible)}
-        row |= sum_potential(eligible, area, energy, system)
-        row["flat_roof_kwp"] = sum_potential(own[energy.flat_roof[own]], area, energy, system)["kwp"]
-        if monthly:
-            hours = area[eligible] @ energy.full_load_hours_by_month[eligible]  # (12,) [m²h]
-            with np.errstate(invalid="ignore"):
-                row |= name_months((hours / energy.counted_area[eligible].sum())[None, :])
-        rows.append(row)
-    return rows
-
-
 def write_series(path, transfer, energy):
     """Write the time series of the requested surfaces, surface by surface.
 
@@ -292,10 +245,11 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         progress("writing tables", share, len(tables), "files")
 
     system, monthly = build_system(request), request.monthly
+    of_buildings = {"transfer": transfer, "energy": energy, "system": system}
     tables = {
         "faces.csv": partial(write_faces, transfer=transfer, energy=energy, report_share=report_faces, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
-        "buildings.csv": partial(write_buildings, transfer=transfer, energy=energy, system=system, monthly=monthly),
+        "buildings.csv": partial(write_buildings, **of_buildings, weather=weather, monthly=monthly),
         "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather, system=system),
         "surfaces.nc": partial(write_surfaces, transfer=transfer, energy=energy),
     }

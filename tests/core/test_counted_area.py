@@ -16,8 +16,9 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import COVERED, classify_again, put_at
 from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
+from citypv.core.results.write_buildings import write_buildings
 from citypv.core.results.write_summary import describe_years, sum_totals
-from citypv.core.results.write_tables import write_buildings, write_groups, write_series
+from citypv.core.results.write_tables import write_groups, write_series
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
@@ -173,7 +174,7 @@ def test_buildings_sum_up(berlin, tmp_path):
     transfer.covered_share[::3] = 0.4
     system = build_system(Request(losses=10.0, inverter=None, usable={"facade": 0.7}))
     energy = compute_energy(transfer, berlin, system)
-    write_buildings(tmp_path / "buildings.csv", transfer, energy, system, monthly=True)
+    write_buildings(tmp_path / "buildings.csv", transfer, energy, system, berlin, monthly=True)
     table = pd.read_csv(tmp_path / "buildings.csv").set_index("building_id")
     assert sorted(table.index) == sorted(set(transfer.surfaces.building_id))
     total = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)

@@ -1,0 +1,90 @@
+"""buildings.csv: where each building stands, what its facades and roofs carry and yield, with errors and poor years."""
+
+import numpy as np
+import pandas as pd
+
+from ..city.locate_site import bring_to_grid
+from ..energy.counted_area import find_counted_area
+from ..energy.energy import exceeded_energy, kwp_of_hours
+from ..energy.pv_system import area_of_kwp
+from ..energy.standard_errors import errors_of_sums
+from .columns import name_months
+
+PARTS = {"facade": ("facade",), "roof": ("roof", "steep"), "flat_roof": ("flat", "rack")}  # -> kinds
+DIGITS = {"easting": 10, "northing": 10}  # of numbers as text; six of the others
+
+
+def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
+    """Write sums over the surfaces of each building.
+
+    Parameters
+    ----------
+    path : path-like
+    transfer : Transfer
+    energy : Energy
+    system : PvSystem
+    weather : Weather
+        Of the energy.
+    monthly : bool
+        Whether to add columns with the full load hours of each month.
+    """
+    table = sum_buildings(transfer, energy, system, weather, monthly=monthly)
+    for name in table.select_dtypes("float"):
+        table[name] = [f"{value:.{DIGITS.get(name, 6)}g}" if np.isfinite(value) else "" for value in table[name]]
+    table.to_csv(path, index=False, lineterminator="\n")
+
+
+def sum_buildings(transfer, energy, system, weather, *, monthly=False):
+    """Sums over the surfaces of each building, in alphabetical order: pandas.DataFrame.
+
+    Parameters as in `write_buildings`. Columns without a part's name are sums of the eligible surfaces; those of parts
+    count modules that lie flat on flat roofs, too. Unknown values are NaN.
+    """
+    surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
+    names, building = np.unique(np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True)
+    kwp, kind = kwp_of_hours(area, energy, system), find_counted_area(transfer, system).kind
+    eligible = energy.eligible & (kwp > 0)
+    parts = {"": eligible} | {f"{part}_": np.isin(kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()}
+    errors = errors_of_sums(transfer, weather, energy, [np.where(own, kwp, 0.0) for own in parts.values()], building)
+
+    def add(values, chosen):
+        return np.bincount(building[chosen], values[chosen], len(names))
+
+    table = {"building_id": names}
+    table |= dict(zip(("easting", "northing"), find_middles(transfer, building, len(names)).T, strict=True))
+    every = np.ones(len(building), bool)
+    table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
+    table["eligible_area"] = counted = add(energy.counted_area, eligible)
+    for (part, own), error in zip(parts.items(), errors, strict=True):
+        table[f"{part}module_area"] = add(energy.module_area, own)
+        table[f"{part}kwp"] = table[f"{part}module_area"] / area_of_kwp(system.module)
+        table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
+        table[f"{part}mwh_standard_error"] = error / 1000
+    table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
+    by_year = np.array([add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T])  # (y, b) [MWh]
+    table |= {f"{name}_mwh_per_year": values for name, values in exceeded_energy(by_year).items()}
+    hours = {name: getattr(energy, name) for name in ("full_load_hours", "full_load_hours_dc")}
+    hours |= name_months(energy.full_load_hours_by_month) if monthly else {}
+    with np.errstate(invalid="ignore"):
+        table |= {name: add(area * values, eligible) / counted for name, values in hours.items()}
+    return pd.DataFrame(table)
+
+
+def find_middles(transfer, building, count):
+    """Middle of each building's bounding box in the coordinates of the files: (b, 2) float64 [m]; NaN without outlines.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    building : (n,) int
+        Of each surface.
+    count : int
+    """
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    if transfer.outlines is not None:
+        first = transfer.outlines.ring_start[transfer.outlines.surface_start]  # (n + 1,) into points
+        owner = np.repeat(building, np.diff(first))
+        np.minimum.at(low, owner, transfer.outlines.points)
+        np.maximum.at(high, owner, transfer.outlines.points)
+    with np.errstate(invalid="ignore"):
+        return bring_to_grid((low + high) / 2, transfer.site)[:, :2]
