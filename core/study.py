@@ -35,6 +35,7 @@ from .results.read_results import site_of_results
 from .settings.errors import InputError
 from .settings.progress import ignore_share, silent
 from .settings.request import check_request
+from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
 from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
@@ -322,12 +323,15 @@ def compute_energy(transfer, weather, request, progress=silent):
 def find_surfaces(surface_id, wanted):
     """Rows of surfaces by their ids, in the order they are asked for; an id that was cut stands for its cells.
 
+    The word for all buildings is passed over.
+
     Raises
     ------
     InputError
         An id is unknown.
     """
     rows = rows_of_names(surface_id)
+    wanted = [name for name in wanted if name != BUILDINGS]
     unknown = [name for name in wanted if name not in rows]
     if unknown:
         problem = f"no surface has the id {', '.join(map(repr, unknown[:5]))}"

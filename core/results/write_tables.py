@@ -6,9 +6,11 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
+from ..energy.building_power import compute_building_power
 from ..energy.energy import split_years
 from ..energy.pv_system import build_system
 from ..settings.progress import ignore_share
+from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
 from .columns import TABLED, column_values, name_months
 from .netcdf_file import netcdf_file, write_variables
@@ -173,7 +175,7 @@ def write_series(path, transfer, energy):
     pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
-def write_timeseries(path, energy, weather, system):
+def write_timeseries(path, energy, weather, system, buildings=None):
     """Write `capacity_factor(time, group)`; the last group is the whole, `all`: its factors times kWp are its power.
 
     Parameters
@@ -182,6 +184,8 @@ def write_timeseries(path, energy, weather, system):
     energy : Energy
     weather : Weather
     system : PvSystem
+    buildings : callable, optional
+        `compute_building_power` of a run whose buildings get series, too.
     """
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
@@ -209,6 +213,11 @@ def write_timeseries(path, energy, weather, system):
     }
     factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(np.float32)
     found["capacity_factor"] = ("time", "group"), factors, {**MEAN, "long_name": FACTOR}, dict(PACKED)
+    if buildings is not None:
+        names, power = buildings()
+        words = {"units": "kW", "cell_methods": "time: mean", "long_name": "AC power of the building's modules"}
+        found["building"] = "building", names.astype(object), {"long_name": "identifier of the top-level building"}
+        found["building_power"] = ("time", "building"), power, words, dict(PACKED)
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs.update(
@@ -246,11 +255,14 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
 
     system, monthly = build_system(request), request.monthly
     of_buildings = {"transfer": transfer, "energy": energy, "system": system}
+    power, wanted = partial(compute_building_power, weather=weather, **of_buildings), BUILDINGS in request.series
     tables = {
         "faces.csv": partial(write_faces, transfer=transfer, energy=energy, report_share=report_faces, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, **of_buildings, weather=weather, monthly=monthly),
-        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather, system=system),
+        "timeseries.nc": partial(
+            write_timeseries, energy=energy, weather=weather, system=system, buildings=power if wanted else None
+        ),
         "surfaces.nc": partial(write_surfaces, transfer=transfer, energy=energy),
     }
     if energy.series is not None:

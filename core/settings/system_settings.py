@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from .setting import setting
 
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
+BUILDINGS = "buildings"  # in place of a surface's id
 METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
@@ -134,7 +135,11 @@ class SystemSettings:
         metavar="KIND=SHARE",
     )
     series: tuple = setting(
-        (), "electricity", "ids of surfaces whose hourly series are written to series.csv", kind="names", metavar="ID"
+        (),
+        "electricity",
+        f"ids of surfaces whose hourly series are written to series.csv; {BUILDINGS}: power of each in timeseries.nc",
+        kind="names",
+        metavar="ID",
     )
     monthly: bool = setting(
         False, "electricity", "add monthly full load hours to faces.csv and buildings.csv", kind="flag"

@@ -7,16 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from small_city import write_small_city
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
+from citypv.core.energy.building_power import compute_building_power
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import COVERED, classify_again, put_at
-from citypv.core.energy.energy import split_years, sum_potential
-from citypv.core.energy.pv_system import build_system
-from citypv.core.results.write_buildings import write_buildings
+from citypv.core.energy.energy import exceeded_energy, split_years, sum_potential
+from citypv.core.energy.pv_system import build_system, dc_system
+from citypv.core.results.write_buildings import sum_buildings, write_buildings
 from citypv.core.results.write_summary import describe_years, sum_totals
 from citypv.core.results.write_tables import write_groups, write_series
 from citypv.core.settings.errors import InputError
@@ -181,6 +183,22 @@ def test_buildings_sum_up(berlin, tmp_path):
     for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_dc_per_year"):
         assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
     assert total["mwh_per_year"] == pytest.approx(0.9 * total["mwh_dc_per_year"], rel=1e-9)
+    # Noise of own rays is independent from surface to surface, and with it those of a building's energy.
+    kwp = np.where(energy.eligible, energy.module_area / KWP * transfer.surfaces.area, 0)
+    kwp = np.divide(kwp, energy.counted_area, out=np.zeros(60), where=energy.counted_area > 0)
+    ids = np.array(transfer.surfaces.building_id)
+    noise = (kwp * np.nan_to_num(energy.full_load_hours_standard_error)) ** 2
+    expected = [np.sqrt(noise[ids == name].sum()) / 1000 for name in table.index]
+    np.testing.assert_allclose(table["mwh_standard_error"], expected, rtol=1e-4)
+    parts = table[[f"{part}_mwh_per_year" for part in ("facade", "roof", "flat_roof")]].sum(axis=1)
+    np.testing.assert_allclose(parts, table["mwh_per_year"], rtol=1e-4)
+    # Of every hour: kW of a building is what its surfaces give one by one.
+    names, power = compute_building_power(transfer, berlin, energy, system, threads=1)
+    assert names.tolist() == table.index.tolist()
+    series = compute_energy(transfer, berlin, system, series=np.arange(60)).series.capacity_factor * kwp
+    for column, name in enumerate(names):
+        np.testing.assert_allclose(power[:, column], series[:, ids == name].sum(axis=1), atol=2e-3)
+    np.testing.assert_allclose(power.sum(axis=0) / 1000, table["mwh_per_year"], rtol=1e-4)
     months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
     np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
 
@@ -217,7 +235,25 @@ def test_years_are_computed_each_and_averaged(berlin, tmp_path):
         spread = years["groups"][f"{kind}_{orientation}"]
         assert spread["mean"] == pytest.approx(own[own["period"] == "annual"]["full_load_hours"].item(), rel=1e-5)
         assert spread["standard_deviation"] == pytest.approx(np.std(expected, ddof=1), rel=1e-6)
-    assert describe_years(compute_energy(transfer, single[0])) == {}
+    alone = [compute_energy(transfer, one) for one in single]
+    assert describe_years(alone[0]) == {}
+    # Of three years the middle one is exceeded in half; a tenth is below all of them.
+    system, dc = dc_system(), "mwh_per_year"
+    table = sum_buildings(transfer, energy, system, together)
+    each = [sum_buildings(transfer, one, system, own)[dc] for one, own in zip(alone, single, strict=True)]
+    np.testing.assert_allclose(table[f"p50_{dc}"], np.median(each, axis=0), rtol=1e-6)
+    np.testing.assert_allclose(table[f"p90_{dc}"], np.min(each, axis=0), rtol=1e-6)
+    whole = sum_totals(transfer, energy, system)
+    assert whole[f"p90_{dc}"] == pytest.approx(sum_totals(transfer, alone[0], system)[dc], rel=1e-6)
+
+
+def test_energy_that_is_exceeded():
+    """Of nine years the lowest is the tenth part's bound, of 19 the second."""
+    years = np.random.default_rng(0).permutation(np.arange(1.0, 20.0))
+    assert exceeded_energy(years) == {"p50": 10.0, "p90": pytest.approx(2.0)}
+    assert exceeded_energy(years[years < 10]) == {"p50": 5.0, "p90": pytest.approx(1.0)}
+    assert exceeded_energy(np.array([[3.0, 7.0], [1.0, 9.0]]))["p90"].tolist() == [1.0, 7.0]
+    assert exceeded_energy(years[:1]) == {}
 
 
 @pytest.mark.parametrize(
@@ -287,7 +323,7 @@ def settings_in(folder):
 
 def test_options_reach_the_tables(traced, tmp_path, capsys):
     options = ["--losses", "14", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
-    assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south") == 0
+    assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south", "buildings") == 0
     with (tmp_path / "a" / "faces.csv").open(encoding="utf-8", newline="") as file:
         faces = list(csv.DictReader(file))
     south = next(row for row in faces if row["surface_id"] == "a_south")
@@ -297,6 +333,10 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     assert float(south["open_area"]) <= float(south["area"]) and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
     series = pd.read_csv(tmp_path / "a" / "series.csv")
     assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
+    buildings = pd.read_csv(tmp_path / "a" / "buildings.csv")
+    with xr.open_dataset(tmp_path / "a" / "timeseries.nc") as file:
+        assert file["building"].to_numpy().tolist() == buildings["building_id"].tolist()
+        np.testing.assert_allclose(file["building_power"].sum("time") / 1000, buildings["mwh_per_year"], rtol=1e-4)
     groups = pd.read_csv(tmp_path / "a" / "groups.csv")
     annual = groups[groups["period"] == "annual"]
     assert (annual["full_load_hours"] < 0.86 * annual["full_load_hours_dc"]).all()
