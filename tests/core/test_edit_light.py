@@ -211,7 +211,6 @@ def try_edit(base_of, name, seed):
     return apart, 1 - edited.transfer.record.hemisphere_rays / full.transfer.record.hemisphere_rays
 
 
-@pytest.mark.law
 @pytest.mark.parametrize("name", CITIES)
 def test_an_edit_is_a_full_run_of_the_edited_city(base_of, name):
     results = [try_edit(base_of, name, seed) for seed in (1, 2)]
