@@ -5,7 +5,7 @@ from dataclasses import replace
 from ..accuracy.check_reachable import check_reachable
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.pilot import CityYear
-from ..cluster.run_tasks import drop_kept, keeping, kept_beside
+from ..cluster.task_files import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
 from ..energy.counted_area import classify_again
