@@ -45,7 +45,7 @@ def year_of_record(name, columns=LIGHT):
 
 def faults_of(record):
     """Notes on what is unlikely in a record that passes the checks of faults."""
-    year = add_sun(record, HOUR)
+    year = add_sun(record, record.data.index[1] - record.data.index[0])
     days = cut_days(year)
     check_summer_time(days, "a year")
     return check_faults(year, days, "a year")
@@ -77,7 +77,7 @@ def quarter_more(data):
 
 
 def summer_time(data):
-    later = data.shift(1).bfill()
+    later = data.shift(int(HOUR / (data.index[1] - data.index[0]))).bfill()
     rows = data.index.month.isin([4, 5, 6, 7, 8, 9, 10])
     data[rows] = later[rows]
     data.pop("dni")
