@@ -68,7 +68,8 @@ def draw_months(groups):
         axes.margins(x=0.02)
     top = max((table.to_numpy().max() for table in tables.values()), default=1.0)
     panels[0].set_ylim(0, 1.45 * max(top, 1e-3))  # room for the legend
-    panels[0].set_ylabel("Full load hours in the month [h]")
+    for axes in panels[::ABREAST]:
+        axes.set_ylabel("Full load hours in the month [h]")
     return figure
 
 
@@ -93,7 +94,8 @@ def draw_day(groups):
         axes.set_xticks(np.arange(0, 25, 3))
         axes.set_xlim(0, 24)
     panels[0].set_ylim(bottom=0)
-    panels[0].set_ylabel("Full load hours in a year [h]")
+    for axes in panels[::ABREAST]:
+        axes.set_ylabel("Full load hours in a year [h]")
     return figure
 
 
@@ -117,7 +119,8 @@ def draw_lines(tables, shift, label):
     panels = panels[: len(tables)]
     for axes, (kind, table) in zip(panels, tables.items(), strict=True):
         for side, hours in table.items():
-            axes.plot(table.index + shift, hours, label=label(side, hours), markersize=4, **LINES.get(side, OTHER))
+            words = label("all" if side == "none" else side, hours)
+            axes.plot(table.index + shift, hours, label=words, markersize=4, **LINES.get(side, OTHER))
         axes.set_title(kind_title(kind))
         axes.legend(loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2)
     return figure, panels

@@ -40,7 +40,7 @@ TITLES = {
     "roof": "Pitched roofs",
     "steep": "Steep roofs",
     "rack": "Racks on flat roofs",
-    "flat": "Flat roofs, modules lying flat",
+    "flat": "Flat roofs",
 }
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
