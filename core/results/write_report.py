@@ -20,6 +20,8 @@ from .describe_run import (
     describe_assumptions,
     describe_input,
     describe_left_out,
+    describe_poor_years,
+    describe_weather_error,
     describe_windows,
     has_losses,
     list_errors,
@@ -149,7 +151,7 @@ def compose_body(results, city):
             pictures,
             section(
                 "How sure the numbers are",
-                paragraph(summarise_errors(budget)),
+                paragraph(f"{summarise_errors(budget)} {describe_weather_error(summary)}"),
                 table(parts, list_errors(budget), numbers=(1,)),
                 paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
             ),
@@ -222,7 +224,8 @@ def compose_totals(summary):
         ),
         *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
-        paragraph(f"{summarise_errors(summary['error_budget'])} {LIMITS}"),
+        *(paragraph(text) for text in filter(None, [describe_poor_years(summary)])),
+        paragraph(f"{summarise_errors(summary['error_budget'])} {describe_weather_error(summary)} {LIMITS}"),
     )
 
 

@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
-from citypv.core.results.describe_run import percent, summarise_errors
+from citypv.core.results.describe_run import describe_poor_years, describe_weather_error, percent, summarise_errors
 from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
 from citypv.core.results.draw_sun_path import draw_sun_path
 from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
@@ -322,3 +323,18 @@ def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, ca
     assert main(["plot", str(folder)]) == 2
     said = capfd.readouterr().err
     assert "matplotlib" in said and "type: pip install matplotlib" in said and said.count("\n") == 1
+
+
+def test_the_lead_tells_the_error_of_the_weather(folder, page):
+    """Of the built-in climate it is that of the published table; P90 of several years stands there, too."""
+    assert "P90" not in page.text and "error of the weather is" in page.text
+    text = (Path(__file__).parents[2] / "docs" / "climate.md").read_text(encoding="utf-8")
+    rows = [text.split(f"\n| {name}, without * |")[1].split("\n")[0] for name in ("root mean square", "mean")]
+    rms, mean = ([float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows)
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary["weather"] |= {"label": "climatology", "years": 10.0}
+    told = describe_weather_error(summary)
+    assert f"{min(rms):.0f} % (north)" in told and f"{max(rms):.0f} % (east)" in told
+    assert f"{min(mean):.0f} to {max(mean):.0f} % too high" in told
+    summary["totals"] |= {"p50_mwh_per_year": 12.0, "p90_mwh_per_year": 10.0}
+    assert describe_poor_years(summary).endswith("12 MWh (P50) and nine of ten 10 MWh (P90).")
