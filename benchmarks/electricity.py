@@ -21,9 +21,10 @@ from citypv.core.settings.request import Request
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from transfers import Horizons, unshaded_transfer
 
+from citypv.core.commands.world import modules_alone
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import build_system
+from citypv.core.energy.pv_system import build_system, thermal_parameters
 from citypv.core.light.kept_matrix import keep_matrix
 from citypv.core.light.transfer import take_rows
 from citypv.core.results.write_summary import peak_memory
@@ -81,7 +82,8 @@ def pvlib_power(weather, transfer, row, series, system):
     surfaces = transfer.surfaces
     aoi = pvlib.irradiance.aoi(surfaces.surface_tilt[row], surfaces.surface_azimuth[row], *sun)
     direct, diffuse = series
-    temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **system.thermal)
+    thermal = thermal_parameters(system.mounting)
+    temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **thermal)
     lit = (direct + diffuse > 0).to_numpy()
     power = np.zeros(len(data))
     if system.module.library == "SandiaMod":
@@ -122,7 +124,7 @@ def main():
     one = weather.data.index[:8760], weather.interval, LATITUDE, LONGITUDE
     suns = choose_suns(options.suns, *one)
     transfer = make_transfer(options.surfaces, suns)
-    system = build_system(Request(module=options.module))
+    system = build_system(modules_alone(Request(module=options.module)))
     rows = np.sort(np.random.default_rng(2).choice(options.surfaces, CHECKED, replace=False))
     before = peak_memory() / 1e9
     started, busy = time.perf_counter(), time.process_time()

@@ -11,8 +11,7 @@ import pandas as pd
 from ..sun.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
 from ..sun.sun_sampling import largest_mismatch, match_suns, values_at
-from .energy import states_of_year
-from .pv_system import area_of_kwp
+from .energy import kwp_of_hours, states_of_year
 from .sum_block import filled_share, order_neighbours
 
 NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
@@ -66,9 +65,9 @@ def build_timeline(transfer, weather, energy, system):
     dni, dhi = (np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi"))
     # Hours are means over whole polygons, power is that of the modules on their counted area.
     by_month = energy.full_load_hours_by_month
-    rows = np.flatnonzero(energy.eligible & (energy.counted_area > 0) & np.isfinite(energy.full_load_hours))
-    kwp = energy.module_area[rows] / area_of_kwp(system.module)
-    energy_by_month = (kwp * transfer.surfaces.area[rows] / energy.counted_area[rows]) @ by_month[rows] / 1000.0
+    rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
+    kwp = kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system)[rows]
+    energy_by_month = kwp @ by_month[rows] / 1000.0
     return Timeline(relative, direction, dni, dhi, by_month, energy_by_month, zone_of(axis.longitude))
 
 

@@ -174,15 +174,15 @@ def chart_surfaces(session, rows):
     rows : (k,) int
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
-    from ...core.energy.pv_system import area_of_kwp, build_system
+    from ...core.energy.energy import kwp_of_hours
+    from ...core.energy.pv_system import build_system
     from ...core.light.transfer import take_rows
     from ...core.study import compute_energy
     from ...core.sun.solar_position import local_middle
 
-    energy, area, curves = session.energy, session.transfer.surfaces.area, np.zeros((len(CURVES), 24))
+    energy, area, curves = session.energy, np.asarray(session.transfer.surfaces.area), np.zeros((len(CURVES), 24))
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    kwp = energy.module_area[counted] / area_of_kwp(build_system(session.request).module)
-    kwp = kwp * area[counted] / energy.counted_area[counted]  # as in sum_potential
+    kwp = kwp_of_hours(area, energy, build_system(session.request))[counted]
     months = kwp @ energy.full_load_hours_by_month[counted] / 1000
     if 0 < len(counted) <= MOST:
         transfer = take_rows(session.transfer, counted)
