@@ -113,7 +113,7 @@ def test_a_wall_drawn_twice_changes_no_group(tmp_path):
         faces[name], groups[name] = (pd.read_csv(tmp_path / name / f"{table}.csv") for table in ("faces", "groups"))
     assert len(faces["twice"]) == len(faces["once"]) + 1
     once, twice = (groups[name][groups[name].period == "annual"] for name in ("once", "twice"))
-    assert len(once) == len(twice) == 4
+    assert len(once) == len(twice) == 5  # four walls and the roof
     for name in ("kind", "orientation", "count", "area"):
         assert once[name].equals(twice[name])
     assert once.full_load_hours.to_numpy() == pytest.approx(twice.full_load_hours.to_numpy(), rel=0.01)
