@@ -67,6 +67,8 @@ def report_outcome(log, folder, energy, totals):
         if not one["count"] and one["area"] < 1:
             continue
         log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
+    if (dark := totals["dark"])["count"]:
+        log.write(f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, {dark['area']:,.0f} m²")
     log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
 
 

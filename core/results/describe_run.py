@@ -158,10 +158,16 @@ def describe_left_out(summary):
         for reason, one in parts.items()
         if one["area"] > WORTH_NAMING * whole
     ]
+    dark = summary["totals"].get("dark") or {"count": 0, "area": 0.0}
+    lost = bool(dark["count"])
     missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
     named = f"Of {count_of(report['building_count'], 'building')} {missing:,}" if missing else ""
     return [
         *([f"Walls and roofs without modules: {'; '.join(told)}."] if told else []),
+        *(
+            [f"{count_of(dark['count'], 'surface')} that count ({dark['area']:,.0f} m²) get next to no light all year."]
+            * lost
+        ),
         *([f"{named} have no shape in the files: they cast no shadow and have no results."] if missing else []),
     ]
 

@@ -132,6 +132,18 @@ def budget_errors(transfer, energy, weather):
     return budget
 
 
+DARK = 0.01  # of the mean full load hours: open surfaces below it see next to no light all year
+
+
+def sum_dark(transfer, energy):
+    """Surfaces that count although next to no light reaches them, in deep courts and shafts: count and open area."""
+    carries = energy.eligible | energy.flat_roof
+    area, counted = np.asarray(transfer.surfaces.area, float)[carries], energy.counted_area[carries]
+    hours = energy.full_load_hours[carries] * area / np.maximum(counted, 1e-9)
+    dark = hours * counted.sum() < DARK * (hours @ counted)
+    return {"count": int(dark.sum()), "area": float(counted[dark].sum())}
+
+
 def sum_totals(transfer, energy, system):
     """Power and annual energy if all eligible area that is open and usable carried modules, whole and by kind.
 
@@ -153,6 +165,7 @@ def sum_totals(transfer, energy, system):
             if chosen.any()
         },
         "without_modules": sum_left_out(transfer, system),
+        "dark": sum_dark(transfer, energy),
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
 

@@ -303,7 +303,9 @@ def test_a_run_without_eligible_surfaces_says_so():
     energy = SimpleNamespace(capacity_factor=np.zeros((8760, 0)), interval=timedelta(hours=1), years=1.0, **none)
     stream = StringIO()
     small = {"smaller than 6.25 m²": {"count": 1, "area": 6.0}}
-    report_outcome(RunLog(stream), "out", energy, {"eligible_area": 0.0, "kinds": {}, "without_modules": small})
-    first, second, last = stream.getvalue().splitlines()
+    totals = {"eligible_area": 0.0, "kinds": {}, "without_modules": small, "dark": {"count": 2, "area": 30.0}}
+    report_outcome(RunLog(stream), "out", energy, totals)
+    first, second, third, last = stream.getvalue().splitlines()
+    assert third == "  in the dark all year, counted: 2 surfaces, 30 m²"
     assert "no surface is eligible" in first and second.endswith("1 surface, 6 m² smaller than 6.25 m²")
     assert last.startswith("Written to out in ")

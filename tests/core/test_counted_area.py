@@ -71,6 +71,9 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     }
     left_out = sum(one["area"] for one in total["without_modules"].values())
     assert total["eligible_area"] + left_out == pytest.approx(transfer.surfaces.area.sum())
+    assert total["dark"] == {"count": 0, "area": 0}
+    dim = replace(energy, full_load_hours=energy.full_load_hours * np.where(np.arange(11) == 2, 0.009, 1))
+    assert sum_totals(transfer, dim, build_system(Request()))["dark"] == {"count": 1, "area": pytest.approx(20)}
 
 
 def test_what_has_no_room_carries_no_modules(transfer, berlin):
