@@ -99,12 +99,17 @@ class Picture:
         padded = [np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings]
         self.corners = np.array(padded, float)  # (n, 5, 3)
         self.normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
-        self.frame = np.array(page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)"))
+        self.frame = self.frame_of(page)
         self.origin, target = np.array(page.run("[view.camera.position.toArray(), view.controls.target.toArray()]"))
         self.ahead = (target - self.origin) / np.linalg.norm(target - self.origin)
         right = np.cross(self.ahead, [0, 0, 1])
         self.right = right / np.linalg.norm(right)
         self.scale = 2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]  # per pixel
+
+    @staticmethod
+    def frame_of(page):
+        """Left, top, width and height of the picture in the window."""
+        return np.array(page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)"))
 
     def meet(self, x, y):
         """The nearest surface, and where it is met; -1 for none."""
@@ -266,9 +271,30 @@ def test_keys_alone_do_all(page, folder):
     assert page.run("chosen.building") == -1
 
 
-def test_on_a_phone_nothing_hangs_over(page):
+def test_a_mouse_turns_and_zooms_without_choosing(page):
+    x, y, width, height = Picture.frame_of(page)
+    middle = {"x": x + width / 2, "y": y + height / 2}
+    before, angle = page.run("view.camera.position.length()"), page.run("view.controls.getAzimuthalAngle()")
+    page.call("Input.dispatchMouseEvent", type="mousePressed", button="left", clickCount=1, **middle)
+    middle["x"] += 90
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", button="left", buttons=1, **middle)
+    page.call("Input.dispatchMouseEvent", type="mouseReleased", button="left", clickCount=1, **middle)
+    assert page.run("chosen.building") == -1
+    assert page.run("view.controls.getAzimuthalAngle()") < angle - 0.1
+    page.call("Input.dispatchMouseEvent", type="mouseWheel", deltaX=0, deltaY=-240, **middle)
+    page.wait(f"view.camera.position.length() < 0.98 * {before}")
+
+
+def test_on_a_phone_nothing_hangs_over_and_a_tap_chooses(page, folder):
     page.resize(375, 812)
-    page.run("chooseSurface(city.surfaces.findIndex((_, surface) => city.reason[surface] === 0))")
+    page.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    page.run("byId('tools').scrollIntoView()")
+    page.wait("view.canvas.width === view.canvas.clientWidth")
+    x, y, surface = next(place for place in Picture(page, folder).places(20, seed=2) if place[2] >= 0)
+    page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
+    page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    page.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    assert page.run("chosen.surface") == surface
     assert page.run("[document.documentElement.scrollWidth, view.canvas.clientWidth <= 375]") == [375, True]
 
 

@@ -77,6 +77,11 @@ def test_packages_are_installed_where_sudo_asks_nothing(tool, machine, tmp_path,
     assert "installing window and graphics libraries that Blender loads (1 packages): libgl1" in capsys.readouterr().out
 
 
+def test_a_browser_is_named_apart_from_blenders_libraries(tool):
+    words = tool.describe_purpose(["chromium", "libgl1"])
+    assert words.endswith("Blender loads (1 packages) and a browser for the tests of the report")
+
+
 def test_without_apt_the_packages_are_named(tool, machine):
     line = stopped(tool.install_system_packages, ["libgl1"])
     assert "install what Debian calls libgl1" in line and "graphics" in line

@@ -252,28 +252,32 @@ function buildView() {
   const camera = new THREE.PerspectiveCamera(35, 1, 1, 1000);
   camera.up.set(0, 0, 1);
   const parts = buildMesh();
-  const edges = buildEdges(city.surfaces.keys(), { color: 0x1d2433, transparent: true, opacity: 0.28 });
+  const all = [...city.surfaces.keys()];
+  const edges = buildEdges(all, { color: 0x1d2433, transparent: true, opacity: 0.28 });
   scene.add(buildGround(), parts.mesh, edges);
   const controls = new THREE.OrbitControls(camera, canvas);
   controls.maxPolarAngle = 0.495 * Math.PI;
   controls.keyPanSpeed = 30;
   controls.listenToKeyEvents(canvas);
   controls.addEventListener("change", draw);
-  return { ...parts, canvas, renderer, scene, camera, controls, mark: null, box: boundSurfaces(city.surfaces.keys()) };
+  return { ...parts, canvas, renderer, scene, camera, controls, mark: null, all, box: boundSurfaces(all) };
+}
+
+function visitCorners(surfaces, visit) {
+  const corner = new THREE.Vector3();
+  for (const surface of surfaces) {
+    const [first, last] = cornersOf(surface);
+    for (let point = first; point < last; point++) visit(corner.set(...cornerOf(point)));
+  }
 }
 
 function boundSurfaces(surfaces) {
   const lower = new THREE.Vector3(Infinity, Infinity, Infinity);
   const upper = lower.clone().negate();
-  const corner = new THREE.Vector3();
-  for (const surface of surfaces) {
-    const [first, last] = cornersOf(surface);
-    for (let point = first; point < last; point++) {
-      corner.set(...cornerOf(point));
-      lower.min(corner);
-      upper.max(corner);
-    }
-  }
+  visitCorners(surfaces, (corner) => {
+    lower.min(corner);
+    upper.max(corner);
+  });
   return { lower, upper };
 }
 
@@ -300,28 +304,28 @@ function fitCanvas() {
   draw();
 }
 
-// Distance from the middle of a box at which all its corners are in view.
-function fitBox({ lower, upper }, direction) {
+// Distance from a target, along a direction, at which all corners of some surfaces are in view.
+function fitSurfaces(surfaces, target, direction) {
   const { camera } = view;
   const right = new THREE.Vector3().crossVectors(camera.up, direction).normalize();
   const upward = new THREE.Vector3().crossVectors(direction, right);
-  const half = upper.clone().sub(lower).multiplyScalar(0.5);
   const height = Math.tan((Math.PI / 360) * camera.fov);
   let distance = 1;
-  for (let k = 0; k < 8; k++) {
-    const corner = new THREE.Vector3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1).multiply(half);
+  visitCorners(surfaces, (corner) => {
+    corner.sub(target);
     const across = Math.max(Math.abs(corner.dot(right)) / camera.aspect, Math.abs(corner.dot(upward)));
     distance = Math.max(distance, corner.dot(direction) + (1.05 * across) / height);
-  }
+  });
   return distance;
 }
 
-// Look at a box from a direction, half a second on the way where `slowly`.
-function fly(box, direction, slowly = true) {
+// Look at surfaces from a direction, so that all are in view with some room; half a second on the way where `slowly`.
+function fly(surfaces, direction, { room = 1, slowly = true } = {}) {
   const { camera, controls } = view;
-  const target = box.lower.clone().add(box.upper).multiplyScalar(0.5);
+  const { lower, upper } = boundSurfaces(surfaces);
+  const target = lower.add(upper).multiplyScalar(0.5);
   direction.normalize();
-  const position = target.clone().addScaledVector(direction, fitBox(box, direction));
+  const position = target.clone().addScaledVector(direction, room * fitSurfaces(surfaces, target, direction));
   const from = { position: camera.position.clone(), target: controls.target.clone(), time: performance.now() };
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
   const step = (time) => {
@@ -337,10 +341,9 @@ function fly(box, direction, slowly = true) {
 }
 
 function showWhole(slowly = true) {
-  const { lower } = view.box;
-  const upper = view.box.upper.clone().setZ(lower.z); // few towers reach as high as the box
-  const across = upper.x - lower.x > upper.y - lower.y === view.camera.aspect > 1;
-  fly({ lower, upper }, across ? new THREE.Vector3(-0.3, -1, 1) : new THREE.Vector3(-1, -0.3, 1), slowly);
+  const { x, y } = view.box.upper.clone().sub(view.box.lower);
+  const fromSouth = view.camera.aspect > 1 ? x > 0.7 * y : y > 0.7 * x; // the longer side lies across the picture
+  fly(view.all, fromSouth ? new THREE.Vector3(-0.3, -1, 1) : new THREE.Vector3(-1, -0.3, 1), { slowly });
 }
 
 function changeDistance(factor) {
@@ -384,7 +387,7 @@ function listenToCanvas() {
     acts[event.key]();
   });
   byId("home").addEventListener("click", () => showWhole());
-  byId("above").addEventListener("click", () => fly(view.box, new THREE.Vector3(0, -1e-3, 1)));
+  byId("above").addEventListener("click", () => fly(view.all, new THREE.Vector3(0, -1e-3, 1)));
   byId("closer").addEventListener("click", acts["+"]);
   byId("farther").addEventListener("click", acts["-"]);
   new ResizeObserver(fitCanvas).observe(canvas.parentElement);
@@ -500,11 +503,9 @@ function chooseBuilding(building, go = false) {
   if (!go) return;
   byId("stage").scrollIntoView({ block: "nearest" });
   if (!view) return;
-  const box = boundSurfaces(rows[building].surfaces);
-  const around = new THREE.Vector3(1, 1, 1).multiplyScalar(0.3 * box.lower.distanceTo(box.upper));
   const direction = view.camera.position.clone().sub(view.controls.target);
   direction.z = Math.max(direction.z, 0.6 * Math.hypot(direction.x, direction.y)); // from above, over its neighbours
-  fly({ lower: box.lower.sub(around), upper: box.upper.add(around) }, direction);
+  fly(rows[building].surfaces, direction, { room: 2 });
 }
 
 // ---- The table
