@@ -6,7 +6,7 @@ import numpy as np
 
 from ..results.compare_runs import EXISTING, compare_folders
 from ..results.output_folder import whole_folder
-from ..results.write_report import fill_page, paragraph, picture, section, table
+from ..results.write_report import compose_city, fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
 
 MOST_ROWS = 200  # of the page's table
@@ -50,7 +50,7 @@ def compare(before, after, folder, *, overwrite=False):
         found = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
             getattr(found, name).to_csv(work / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
-        (work / "report.html").write_text(compose_page(found), encoding="utf-8")
+        (work / "report.html").write_text(compose_page(found), encoding="utf-8", newline="\n")
         write_summary(work / "summary.json", found.summary)
     return found
 
@@ -73,7 +73,7 @@ def note_light(found):
 
 
 def compose_page(found):
-    """The page: sums, maps, and the buildings whose change is beyond two standard errors."""
+    """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two standard errors."""
     summary, buildings = found.summary, found.buildings
     sums = [
         (words, f"{one['buildings']:,}", *numbers_of(one))
@@ -92,8 +92,9 @@ def compose_page(found):
         with plain_style():
             for show, caption in CAPTIONS.items():
                 maps.append(
-                    picture(embed_figure(draw_change(found.surfaces, found.outlines, show), "png"), show, caption)
+                    picture(embed_figure(draw_change(found.surfaces, found.later.outlines, show), "png"), show, caption)
                 )
+    city, data = compose_city(found.later, found.surfaces.iloc[: len(found.later.faces)])
     kept = summary["sums"][EXISTING]
     lead = f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} {abs(kept['mwh_change']):,.1f} ± "
     lead += f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh before."
@@ -109,6 +110,7 @@ def compose_page(found):
                 "small",
             ),
         ),
+        city,
         section("Where", *maps) if maps else "",
         section(
             "Who loses, who gains",
@@ -117,7 +119,7 @@ def compose_page(found):
             paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
         ),
     ]
-    return fill_page(f"Comparison: {summary['before']} and {summary['after']}", "\n".join(filter(None, body)))
+    return fill_page(f"Comparison: {summary['before']} and {summary['after']}", "\n".join(filter(None, body)), data)
 
 
 def numbers_of(one):

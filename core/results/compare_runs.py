@@ -12,12 +12,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from ..city.grid_cells import Outlines
 from ..city.locate_site import bring_to_grid
 from ..city.scene import Site
 from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
-from .read_results import CURE, read_results, read_table
+from .read_results import CURE, Results, read_results, read_table
 
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
 GROUPS = ("weather", "electricity", "sky")  # of settings that have to agree
@@ -34,7 +33,7 @@ class Comparison:
     surfaces: pd.DataFrame  # a row for each surface of the later state, in its order, then those that are gone
     buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
     summary: dict  # sums over the buildings of each state and over all, and what was compared
-    outlines: Outlines  # of the later state
+    later: Results  # of the later state, with outlines
 
 
 def compare_folders(before, after):
@@ -99,7 +98,7 @@ def compare_runs(before, after, errors=None):
     lone = table["state"] != EXISTING
     table.loc[lone, ["full_load_hours_change", "full_load_hours_change_standard_error"]] = np.nan
     buildings = sum_buildings(table)
-    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after.outlines)
+    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after)
 
 
 def check_comparable(before, after):

@@ -15,7 +15,7 @@ from ..city.polygons import triangulate
 from ..city.racks import find_racked_roofs
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
-from .colour_map import GROUND, MAPS, MISSING, choose_range
+from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, in_order, kind_title, select_mounted, tabulate_periods
 
@@ -50,7 +50,7 @@ REASONS = {  # of surfaces that do not count, the first that holds
 }
 
 
-def pack_city(results):
+def pack_city(results, change=None):
     """The data of the 3D view as base64 of a raw deflate stream.
 
     The stream holds the length of a JSON header (uint32), the header, and its `arrays` one after the other: of 4-byte
@@ -59,6 +59,8 @@ def pack_city(results):
     Parameters
     ----------
     results : Results
+    change : pandas.DataFrame, optional
+        Rows of a `Comparison` for its surfaces, to be shown as a colour too.
 
     Returns
     -------
@@ -66,6 +68,9 @@ def pack_city(results):
     """
     faces, mounted = results.faces, select_mounted(results.faces)
     values = measure_faces(results, mounted)
+    if change is not None:
+        values["change"] = change["full_load_hours_change"].to_numpy(float)
+        values["change_error"] = change["full_load_hours_change_standard_error"].to_numpy(float)
     buildings, building = np.unique(faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True)
     kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ORIENTATIONS)
     arrays = {
@@ -85,7 +90,6 @@ def pack_city(results):
         "months": MONTHS,
         "groups": {} if "month_01" in values else tabulate_months(results.groups),
         "layers": list_layers(values, mounted),
-        "stops": [f"#{stop}" for stop in MAPS[COLOUR_MAP].split()],
         "missing": f"#{MISSING}",
         "ground": f"#{GROUND}",
         "arrays": [entry for entry, _ in packed],
@@ -162,7 +166,7 @@ def explain_faces(faces, mounted):
 def list_layers(values, mounted):
     """What the city can be coloured by: list of dict.
 
-    Each has the name of its values, title, unit, lowest and highest value of the colours and, if a month, those of all.
+    Each has the name of its values, title, unit, colours, their lowest and highest value and, if a month, those of all.
     """
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
     rows = mounted.index.to_numpy()
@@ -181,8 +185,21 @@ def list_layers(values, mounted):
     if months:
         every = np.concatenate([values[name][rows] for name in months])
         shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
+    if "change" in values:
+        words = {"change": ("Change of the full load hours", "h per year")} | words
+        known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]
+        most = max(map(abs, choose_range(values["change"][known], values["counted"][known])))
+        ranges["change"] = -most, most
+    stops = {name: [f"#{stop}" for stop in text.split()] for name, text in (MAPS | {"change": DIVERGING}).items()}
     return [
-        {"name": name, "title": title, "unit": unit, "range": ranges[name], "shared": shared.get(name)}
+        {
+            "name": name,
+            "title": title,
+            "unit": unit,
+            "range": ranges[name],
+            "shared": shared.get(name),
+            "stops": stops["change" if name == "change" else COLOUR_MAP],
+        }
         for name, (title, unit) in words.items()
     ]
 

@@ -101,11 +101,17 @@ def write_report(folder, results):
 
 def compose_page(results):
     """The whole page: str."""
-    data, title = pack_city(results), f"Solar potential: {results.name}"
-    if len(data) > MOST_DATA:
-        words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)
-        return fill_page(title, compose_body(results, paragraph(words, "warning")))
-    return fill_page(title, compose_body(results, read_web("viewer.html")), data)
+    city, data = compose_city(results)
+    return fill_page(f"Solar potential: {results.name}", compose_body(results, city), data)
+
+
+def compose_city(results, change=None):
+    """Section of the 3D view and its data, parameters as of `pack_city`; a city that is too large gets words alone."""
+    data = pack_city(results, change)
+    if len(data) <= MOST_DATA:
+        return read_web("viewer.html"), data
+    words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)
+    return paragraph(words, "warning"), ""
 
 
 def fill_page(title, body, data=""):

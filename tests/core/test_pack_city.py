@@ -137,6 +137,19 @@ def test_what_does_not_count_says_why(reason, column, value):
     assert city["reasons"][city["reason"][0]] == packing.REASONS[reason]
 
 
+def test_a_change_has_zero_in_the_middle():
+    results, rng = some_results(20), np.random.default_rng(2)
+    change = pd.DataFrame(
+        {"full_load_hours_change": rng.normal(0, 50, 120), "full_load_hours_change_standard_error": 1.0}
+    )
+    change.loc[0, "full_load_hours_change"] = np.nan  # new
+    city = unpack(pack_city(results, change))
+    layer = city["layers"][0]
+    assert layer["name"] == "change" and layer["range"][0] == -layer["range"][1] < -100
+    assert layer["stops"][8] == "#ebebeb"  # of the middle
+    assert city["change"] == pytest.approx(change["full_load_hours_change"].to_numpy(np.float32), nan_ok=True)
+
+
 def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
     """A square with a hole: 16 - 4 m² by shapely; surfaces without rings, as behind old files, have no triangles."""
     square = np.array([[0, 0, 5], [4, 0, 5], [4, 4, 5], [0, 4, 5]], np.float32)

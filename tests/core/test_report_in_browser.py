@@ -309,6 +309,18 @@ def test_months_share_a_scale_if_wanted(page, faces):
     assert 0.9 * most < own <= shared
 
 
+def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
+    """Of a state with itself: nothing changes, and all that counts has the colour in the middle."""
+    assert main(["compare", str(folder), str(folder), "--out", str(tmp_path / "change")]) == 0
+    chromium.open(tmp_path / "change" / "report.html")
+    assert chromium.run("byId('legend-title').textContent") == "Change of the full load hours [h per year]"
+    counting = "[...city.surfaces.keys()].filter(carries)"
+    stops = "currentLayer().stops.map(readColour)"
+    assert chromium.run(f"{counting}.every((k) => colourOf(k, currentLayer(), {stops}, [0, 0, 0])[0] === 0xeb)")
+    chromium.run(f"chooseSurface({counting}[0])")
+    assert shown(chromium)["Change of the hours"] == "0.0 ± 0.0 h" and chromium.complaints == []
+
+
 def test_a_lost_picture_comes_back(page, tmp_path):
     """As after sleep, or on a phone that takes the graphics memory for something else."""
     frame = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"

@@ -147,13 +147,13 @@ function paint() {
   const layer = currentLayer();
   byId("shared-label").hidden = !layer.shared;
   byId("legend-title").textContent = layer.unit ? `${layer.title} [${layer.unit}]` : layer.title;
-  byId("ramp").style.background = `linear-gradient(to right, ${city.stops.join(", ")})`;
+  byId("ramp").style.background = `linear-gradient(to right, ${layer.stops.join(", ")})`;
   const ticks = [0, 0.5, 1].map((share) => layer.low + share * (layer.high - layer.low));
   const digits = ticks[2] - ticks[0] >= 10 ? 0 : 2;
   byId("ticks").replaceChildren(...ticks.map((tick) => make("span", format(tick, digits))));
   byId("grey").style.background = city.missing;
   if (!view) return;
-  const stops = city.stops.map(readColour);
+  const stops = layer.stops.map(readColour);
   const missing = readColour(city.missing);
   const colours = view.colours.array;
   let surface = -1;
@@ -438,6 +438,11 @@ function describeSurface(surface) {
       ["Energy in a year", `${format(kwp * hours, 0)} ± ${format(kwp * error, 0)} kWh`],
     );
   } else if (Number.isFinite(hours)) found.push(["Full load hours", `${format(hours, 1)} ± ${format(error, 1)} h`]);
+  if (city.change) {
+    const change = city.change[surface];
+    const words = `${change > 0 ? "+" : ""}${format(change, 1)} ± ${format(city.change_error[surface], 1)} h`;
+    if (carries(surface)) found.push(["Change of the hours", Number.isFinite(change) ? words : "new"]);
+  }
   found.push(["Sky view factor", format(city.sky[surface], 3)]);
   const reason = city.reasons[city.reason[surface]];
   if (reason) found.push([carries(surface) ? "Note" : "Does not count", reason]);
@@ -584,6 +589,7 @@ async function begin() {
   }
   city = await unpack(byId("data").textContent);
   rows = sumBuildings();
+  if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
   const options = city.layers.map((layer, place) => {
     const option = make("option", layer.title);
     option.value = place;
