@@ -1,0 +1,67 @@
+"""What report.html shows in a browser: the numbers beside the picture, and what its pixels ought to show."""
+
+import re
+
+import numpy as np
+
+from citypv.core.results.read_results import read_results
+
+
+def shown(page):
+    """Rows of the numbers beside the picture: dict of str to str."""
+    code = "[...document.querySelector('#city-chosen table').rows].map((row) => row.innerText.split('\\t'))"
+    return dict(page.run(code))
+
+
+def numbers(text):
+    return [float(part.replace(",", "")) for part in re.findall(r"-?\d[\d,]*\.?\d*", text)]
+
+
+def shown_parts(page):
+    """Area, kWp, MWh and hours of the parts of the chosen building: dict of str to list of float."""
+    rows = page.run("[...document.querySelector('#city-chosen table').tBodies[0].rows].map((row) => row.innerText)")
+    return {row.split("\t")[0]: [numbers(text)[0] for text in row.split("\t")[1:]] for row in rows}
+
+
+class Picture:
+    """What rays through places of the window meet, by planes and convex polygons: neither three.js nor Embree."""
+
+    def __init__(self, page, folder):
+        outlines = read_results(folder).outlines
+        rings = [outlines.rings(surface)[0] for surface in range(len(outlines.surface_start) - 1)]
+        padded = [np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings]
+        self.corners = np.array(padded, float)  # (n, 5, 3)
+        self.normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        self.frame = self.frame_of(page)
+        self.origin, target = np.array(page.run("[view.camera.position.toArray(), view.controls.target.toArray()]"))
+        self.ahead = (target - self.origin) / np.linalg.norm(target - self.origin)
+        right = np.cross(self.ahead, [0, 0, 1])
+        self.right = right / np.linalg.norm(right)
+        self.scale = 2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]  # per pixel
+
+    @staticmethod
+    def frame_of(page):
+        """Left, top, width and height of the picture in the window."""
+        return np.array(page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)"))
+
+    def meet(self, x, y):
+        """The nearest surface, and where it is met; -1 for none."""
+        left, top, width, height = self.frame
+        across, upward = (x - left - width / 2) * self.scale, (top + height / 2 - y) * self.scale
+        ray = self.ahead + across * self.right + upward * np.cross(self.right, self.ahead)
+        distance = np.einsum("nk,nk->n", self.corners[:, 0] - self.origin, self.normal) / (self.normal @ ray)
+        hit = self.origin + distance[:, None] * ray
+        along = np.roll(self.corners, -1, axis=1) - self.corners
+        side = np.einsum("nck,nk->nc", np.cross(along, hit[:, None] - self.corners), self.normal)
+        inside = ((side >= 0).all(axis=1) | (side <= 0).all(axis=1)) & (distance > 0)
+        return int(np.argmin(np.where(inside, distance, np.inf))) if inside.any() else -1
+
+    def places(self, count, seed):
+        """Random places whose neighbours show the same, with what they show: list of (x, y, surface)."""
+        rng, found = np.random.default_rng(seed), []
+        while len(found) < count:
+            x, y = self.frame[:2] + rng.uniform(0.2, 0.8, 2) * self.frame[2:]
+            met = {self.meet(x + dx, y + dy) for dx, dy in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))}
+            if len(met) == 1:
+                found.append((x, y, met.pop()))
+        return found
