@@ -5,6 +5,7 @@ import pvlib
 
 from ..city.classify import ORIENTATIONS, SECTOR
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
+from ..settings.progress import describe_duration
 from ..sun.sky_models import split_sky
 from .refine import rounds_needed
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area, seconds_of_rounds, split_errors
@@ -129,5 +130,5 @@ def suggest_more(transfer, weather, energy):
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
         seconds = seconds_of_rounds(transfer) * (needed - 1)
-        return f"{start}{seconds:.0f} s more would halve it: most of it is due to {SOURCES[largest]}."
+        return f"{start}{describe_duration(seconds)} more would halve it: most of it is due to {SOURCES[largest]}."
     return f"{start}most of it is due to {SOURCES[largest]}: {CURES[largest]} would lower it."

@@ -16,7 +16,7 @@ from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.shadow_points import count_elements, points_above
 from ..light.transfer import take_rows
 from ..settings.presets import PRESETS
-from ..settings.progress import silent
+from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
@@ -110,6 +110,8 @@ class PricedCity:
         owner, pieces = self.prepared.scene.triangle_surface, self.pieces(knobs)
         patches, more = (np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces))
         variance = {name: part * patches / more for name, part in variance.items()}
+        # Points lie in a net on each patch: more patches make the net of a surface finer.
+        variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
         rms, doubt = (self.shares(knobs.way, part) for part in ("rms", "rms_standard_error"))
         variance["suns"] = (rms * errors.hours) ** 2
         doubt = np.minimum(doubt / np.maximum(rms, 1e-9), 1)
@@ -129,23 +131,23 @@ class PricedCity:
     def pieces(self, knobs):
         """Patches that take the place of each of the pilot's with another patch size, about: (p,) float64.
 
-        With one, two or three long edges it is cut into two, three or four. Generated ground may have longer edges
-        away from buildings. Where sizes are larger, small surfaces stay as they are.
+        With one, two or three long edges it is cut into two, three or four; with larger patches small surfaces stay as
+        they are. Generated ground has patches that grow with the distance from buildings, whatever the size at these.
         """
-        scene, own = self.prepared.scene, self.prepared.scene.triangle_surface + 1
+        scene, own, size = self.prepared.scene, self.prepared.scene.triangle_surface, knobs.patch_size
         found = np.ones(len(own))
-        if None in (self.patch_size, knobs.patch_size):
+        if None in (self.patch_size, size):
             return found
-        if knobs.patch_size > self.patch_size:
-            share = (self.patch_size / knobs.patch_size) ** 2
-            return np.clip(SMALLEST / np.bincount(own), share, 1)[own]
         corners = np.asarray(scene.vertices)[scene.triangles]
         edges = ROUNDED * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-        longest = np.maximum(edges.max(axis=1) - (self.patch_size - knobs.patch_size), knobs.patch_size)[:, None]
-        while (long := edges > longest).any():
+        longest = np.maximum(edges.max(axis=1), self.patch_size)
+        ground = (longest / (longest + size - self.patch_size)) ** 2
+        if size > self.patch_size:
+            found = np.clip(SMALLEST / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1)
+        while (long := edges > size).any():
             found *= 1 + long.sum(axis=1)
             edges /= 2
-        return found
+        return np.where(own < 0, ground, found)
 
     def left_by_bounces(self, bounces):
         """Share of the light that reflections after so many would add, about: it falls by the same factor each time."""
@@ -247,8 +249,8 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
 def describe_prices(listed):
     """The list as lines of text."""
     lines = [
-        f"{listed.patches:,} patches; the pilot took {listed.pilot_seconds:.0f} s; "
-        f"reading, checks and files add about {listed.fixed:.0f} s to tracing",
+        f"{listed.patches:,} patches; the pilot took {describe_duration(listed.pilot_seconds)}; "
+        f"reading, checks and files add {describe_duration(listed.fixed)} to tracing",
         "Standard error of full load hours that half and 95 % of the eligible area do not exceed, its largest part, "
         "and the light beyond the last reflection:",
         f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} {'reflections':>11}",

@@ -21,7 +21,7 @@ import numpy as np
 from ..light import merge_transfers
 from ..light.rounds import add_continued
 from ..light.transfer import Round
-from ..settings.progress import CancelledError
+from ..settings.progress import CancelledError, describe_duration
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area
 
 LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds, and of one: patches are resolved into as many elements as points
@@ -215,16 +215,16 @@ def describe_round(errors, goal, each, record, stop):
     line = f"samples × {errors.rounds}: "
     if not np.isnan(errors.at_share()):
         line += f"{errors.at_share():.2f} % on 95 % of the eligible area, "
-    line += f"{speed / 1e6:.1f} Mrays/s, {sum(record.seconds.values()):.0f} s"
+    line += f"{speed / 1e6:.1f} Mrays/s, {describe_duration(sum(record.seconds.values()))}"
     if stop:
         return f"{line}; {stop}"
     if goal.target is not None:
         needed = rounds_needed(errors, goal.target)
         if np.isfinite(needed):
             more = errors.rounds * (needed - 1)
-            line += f"; about {max(more * each, each):.0f} s more for {goal.target:g} %"
+            line += f"; {describe_duration(max(more * each, each))} more for {goal.target:g} %"
     if goal.deadline is not None:
-        line += f"; {max(goal.deadline - time.monotonic(), 0):.0f} s left"
+        line += f"; {describe_duration(max(goal.deadline - time.monotonic(), 0))} left"
     return line
 
 

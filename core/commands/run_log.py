@@ -7,7 +7,7 @@ import time
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of
 from ..settings.presets import PRESETS
-from ..settings.progress import Clock, TerminalProgress, silent
+from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
 
 
@@ -69,7 +69,7 @@ def report_outcome(log, folder, energy, totals):
         log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
     if (dark := totals["dark"])["count"]:
         log.write(f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, {dark['area']:,.0f} m²")
-    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+    log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
 def describe_overrun(request, log, record):

@@ -14,6 +14,7 @@ import numpy as np
 from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import price_city
 from ..light.prepare_scene import build_tree, prepare_scene
+from ..settings.progress import describe_duration
 from ..settings.request import option_of
 from .refine_run import ADAPTIVE, MOMENT
 
@@ -75,10 +76,10 @@ def spend_budget(scene, weather, request, free, log):
         return take(request, cheapest, log, "the cheapest settings, since the pilot takes half of the time")
     left = deadline - time.monotonic() - finishing
     chosen = choose_offer(offers, left, request.target_error)
-    why = f"with {chosen.seconds:.1f} s for the first of the rounds in {left:.0f} s"
+    why = f"with {describe_duration(chosen.seconds)} for the first of the rounds in {describe_duration(left)}"
     if chosen.seconds + chosen.writing > left:
-        takes = chosen.seconds + chosen.writing
-        why = f"the cheapest settings, since even these take about {takes:.0f} s of {max(left, 0):.0f} s left"
+        takes, rest = (describe_duration(max(one, 0)) for one in (chosen.seconds + chosen.writing, left))
+        why = f"the cheapest settings, since even these take {takes}, and {rest} is left"
     elif np.isfinite(error := chosen.error_in(left)):
         why += f", predicted {error:.2f} % on 95 % of the eligible area"
     return take(request, {name: chosen.settings[name] for name in free}, log, why)

@@ -11,6 +11,7 @@ from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
+from ..settings.progress import describe_duration
 from ..settings.request import declared_settings, option_of
 from ..study import check_settings
 from ..world.compute_world import compute_world
@@ -106,7 +107,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.clock.lap("write")
         write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
     drop_kept(folder, cluster)
-    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+    log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
 def check_world_settings(request, settings):

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from ..settings.progress import silent
+from ..settings.progress import describe_duration, silent
 from . import perez, reflections
 from .beyond_scene import decide_far_ground, decide_terrain
 from .effect import Inputs
@@ -70,7 +70,7 @@ def describe_plan(plan):
             words.append(f"contributes {100 * effect.share:+.2f}{doubt} % of full load hours")
         if effect.seconds is not None:
             verb = "takes" if effect.seconds >= 0 else "saves"
-            words.append(f"{verb} about {abs(effect.seconds):.2g} s")
+            words.append(f"{verb} {describe_duration(abs(effect.seconds))}")
         state = "on " if effect.on else "off"
         lines.append(f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})")
     return lines

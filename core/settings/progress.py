@@ -104,8 +104,17 @@ def describe_progress(done, total, unit, seconds):
     if rate > 0:
         words += f", {with_prefix(rate)}{unit}/s"
     if done >= total:
-        return f"{words}, took {seconds:.1f} s"
-    return words + (f", {(total - done) / rate:.0f} s left" if rate > 0 else "")
+        return f"{words}, took {describe_duration(seconds)}"
+    return words + (f", {describe_duration((total - done) / rate)} left" if rate > 0 else "")
+
+
+def describe_duration(seconds):
+    """A time in plain words: less than 0.1 s, 4.2 s, 75 s, 12 min, 3.5 h."""
+    if seconds < 0.1:
+        return "less than 0.1 s"
+    if seconds < 90:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def with_prefix(number):

@@ -6,6 +6,7 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.presets import PRESET_WORDS, PRESETS
+from ...core.settings.progress import describe_duration
 from ...core.settings.request import Request
 from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
@@ -97,7 +98,7 @@ def keep_plan(city, decisions):
         if one["share"] is not None:
             parts.append(f"makes {100 * one['share']:+.1f} % of them")
         if one["seconds"] is not None:
-            parts.append(f"takes about {one['seconds']:.2g} s")
+            parts.append(f"takes {describe_duration(one['seconds'])}")
         row = one["key"], f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)
         rows.append("|".join(text.replace("|", "/") for text in row))
     city[PLAN] = rows
@@ -180,5 +181,5 @@ def read_prices(city):
 def describe_price(price):
     """Seconds and error in a few words."""
     seconds, error = price
-    time = f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    time = describe_duration(seconds)
     return f"{time}, ± {error:.2g} %" if isfinite(error) else time  # NaN where nothing is eligible

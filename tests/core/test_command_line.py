@@ -18,7 +18,7 @@ from citypv.__main__ import main
 from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.commands.run_log import RunLog, report_outcome
 from citypv.core.effects.table import TABLE
-from citypv.core.settings.progress import TerminalProgress, describe_progress
+from citypv.core.settings.progress import TerminalProgress, describe_duration, describe_progress
 from citypv.core.settings.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
@@ -289,13 +289,18 @@ def test_interrupted_run_leaves_nothing(city, tmp_path, sign):
 
 def test_progress_tells_rate_and_rest():
     assert describe_progress(500e6, 1e9, "rays", 25) == "50 %, 20 Mrays/s, 25 s left"
-    assert describe_progress(1e9, 1e9, "rays", 50) == "100 %, 20 Mrays/s, took 50.0 s"
+    assert describe_progress(1e9, 1e9, "rays", 50) == "100 %, 20 Mrays/s, took 50 s"
     stream = StringIO()
     progress = TerminalProgress(stream)
     for done in range(0, 1001, 10):
         progress("suns", done, 1000, "suns")
     assert 1 <= len(stream.getvalue().splitlines()) <= 2
     assert "suns: 100 %" in stream.getvalue()
+
+
+def test_times_are_said_in_plain_words():
+    told = [describe_duration(seconds) for seconds in (3.1e-5, 0.25, 12.4, 89, 200, 7200)]
+    assert told == ["less than 0.1 s", "0.2 s", "12 s", "89 s", "3 min", "2.0 h"]
 
 
 def test_a_run_without_eligible_surfaces_says_so():

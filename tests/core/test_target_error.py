@@ -122,7 +122,7 @@ def test_surfaces_that_are_known_get_no_more_samples():
 
 def test_a_round_without_eligible_surfaces_names_no_error():
     record = TraceRecord({}, [], 0, 0.0, 1, 1, {"suns": 2.0}, 2.0, 0.0, 0.0, shadow_rays=4_000_000)
-    assert describe_round(NOTHING, Goal(0.5, None), 1.0, record, "done") == "samples × 1: 2.0 Mrays/s, 2 s; done"
+    assert describe_round(NOTHING, Goal(0.5, None), 1.0, record, "done") == "samples × 1: 2.0 Mrays/s, 2.0 s; done"
 
 
 def summary_of(folder):
