@@ -25,7 +25,7 @@ HIGH_SUN, STRONG, MOST_DIFFUSE, FEWEST = np.sin(np.radians(20.0)), 600.0, 0.45, 
 # DNI of the clearest tenth over that of a clear sky: under a low sun 0.60 to 1.6 times that under a high one.
 LOW_SUN, LEAST_LOW = np.sin(np.radians([12.0, 20.0])), 0.5
 # Minutes by which the middle of the light moves from winter to summer: −8 to +12.
-SUMMER_TIME = 35.0
+SUMMER_TIME, FEWEST_DAYS = 35.0, 15  # of each half-year, whose median is then known to some 9 min
 # Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz, Athens, Scilly,
 # Shetland, the Norwegian coast, Svalbard).
 LEAST_SPREAD = 1.0  # [K] standard deviation over a year; tables that are made up may have one temperature
@@ -140,7 +140,7 @@ def check_summer_time(days, source):
     month, lit = days.index.month, days["ghi"] > LIT_DAY / 3
     northern = days["middle"][month.isin([5, 6, 7, 8, 9]) & lit]
     southern = days["middle"][month.isin([11, 12, 1, 2]) & lit]
-    if min(len(northern), len(southern)) < FEWEST:
+    if min(len(northern), len(southern)) < FEWEST_DAYS:
         return
     moved = float(northern.median() - southern.median())
     if abs(moved) > SUMMER_TIME:
