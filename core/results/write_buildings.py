@@ -48,7 +48,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     errors = errors_of_sums(transfer, weather, energy, [np.where(own, kwp, 0.0) for own in parts.values()], building)
 
     def add(values, chosen):
-        return np.bincount(building[chosen], values[chosen], len(names))
+        return np.bincount(building[chosen], values[chosen], len(names)).astype(float)  # of none it has integers
 
     table = {"building_id": names}
     table |= dict(zip(("easting", "northing"), find_middles(transfer, building, len(names)).T, strict=True))

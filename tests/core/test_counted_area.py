@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from small_city import write_small_city
+from small_city import EAST, NORTH, write_small_city
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
 
@@ -294,6 +294,8 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     series = pd.read_csv(tmp_path / "a" / "series.csv")
     assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
     buildings = pd.read_csv(tmp_path / "a" / "buildings.csv")
+    place = buildings[["easting", "northing"]].to_numpy() - [EAST, NORTH]
+    np.testing.assert_allclose(place, [[6, 5], [25, 4], [9, 28.5]], atol=1e-3)  # houses a, b and c
     with xr.open_dataset(tmp_path / "a" / "timeseries.nc") as file:
         assert file["building"].to_numpy().tolist() == buildings["building_id"].tolist()
         np.testing.assert_allclose(file["building_power"].sum("time") / 1000, buildings["mwh_per_year"], rtol=1e-4)
