@@ -16,7 +16,7 @@ from ..light.prepare_scene import reseed
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
-from .pilot import choose_pilot_suns, trace_part, traced_patches
+from .pilot import choose_pilot_suns, choose_square, trace_part, traced_patches
 
 TRACED = (  # effects that change the light
     *("trees", "sky-rays", "shadow-rays", "terrain-horizon", "receivers", "reflections", "reflectors", "far-ground"),
@@ -107,26 +107,6 @@ def surfaces_of(scene, patches):
     found, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
     found[own[patches & (own >= 0)]] = True
     return found
-
-
-def choose_square(scene, patches, traced, count):
-    """Patches of surfaces and ground in a square that has about so many traced ones: (p,) bool.
-
-    Its middle is the median of the eligible patches.
-    """
-    own = scene.triangle_surface
-    corners = np.asarray(scene.vertices, float)[scene.triangles].mean(axis=1)[:, :2]
-    eligible = np.append(scene.surfaces.eligible, False)[own]
-    middle = np.median(corners[eligible if eligible.any() else traced], axis=0) if traced.any() else corners[:1].mean(0)
-    away = np.abs(corners - middle).max(axis=1)
-    # A surface lies where its patches do on average, and is taken as a whole.
-    surfaces = len(scene.surfaces)
-    area = np.bincount(own[own >= 0], patches.area[own >= 0], surfaces)
-    mean = np.bincount(own[own >= 0], (patches.area * away)[own >= 0], surfaces) / np.maximum(area, 1e-12)
-    distance = np.where(own >= 0, np.append(mean, 0)[own], away)
-    if traced.sum() <= count:
-        return np.ones(len(own), bool)
-    return distance <= np.sort(distance[traced])[count - 1]
 
 
 def trace_light(inputs, square, suns, pair):

@@ -37,9 +37,8 @@ from .yield_errors import split_errors
 
 SMALL = 4_000  # patches up to which the whole city is traced with as many rays as by default
 OF_SMALL, OF_LARGE = (256, 16, "days:12"), (32, 16, "days:4")  # rays, shadow points and suns for the whole city
-PART = 600  # patches that are traced more often
-RUNS = ((64, 4, 1), (64, 64, None), (1024, 16, None))  # of these: rays, points, reflections (None: those of the city)
-STAND_INS = 256  # for the others, of generated ground and of all else
+PART = 1_500  # patches of a square in the middle that are traced more often: they reflect light onto each other
+RUNS = ((64, 4, 1), (64, 64, None), (512, 16, None))  # of these: rays, points, reflections (None: those of the city)
 FEW = 64  # patches of a run that loads compiled code
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
@@ -96,7 +95,8 @@ def run_pilot(inputs, progress=silent):
     -------
     Pilot
     """
-    traced, weather, request = traced_patches(inputs.prepared), inputs.weather, inputs.request
+    weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
+    scene, patches = inputs.prepared.scene, inputs.prepared.patches
     *setting, way = OF_SMALL if traced.sum() <= SMALL else OF_LARGE
     suns = choose_pilot_suns(inputs, way)
 
@@ -105,15 +105,16 @@ def run_pilot(inputs, progress=silent):
     def tell(*_):
         progress("pilot", done, 1 + len(RUNS), "runs")
 
-    told = {"stand_ins": STAND_INS, "progress": tell}
-    trace_part(inputs, take_evenly(traced, FEW), (*RUNS[0][:2], None), suns, **told)  # loads compiled code, untimed
-    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns, **told)
+    trace_part(
+        inputs, choose_square(scene, patches, traced, FEW), (*RUNS[0][:2], None), suns, progress=tell
+    )  # loads compiled code, untimed
+    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns, progress=tell)
     sky = choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
-    part, parts = take_evenly(traced, PART), []
+    part, parts = choose_square(scene, patches, traced, PART), []
     for done, (samples, points, bounces) in enumerate(RUNS, start=1):  # noqa: B007, as `tell` reads it
         limited = samples, points, run.bounces if bounces is None else min(bounces, run.bounces)
-        parts.append(trace_part(inputs, part, limited, suns, **told)[0])
+        parts.append(trace_part(inputs, part, limited, suns, progress=tell)[0])
     progress("pilot", 1 + len(RUNS), 1 + len(RUNS), "runs")
     costs = tuple(
         fit_costs([terms(one) for one in parts], [one.seconds[stage] for one in parts], terms(run), spent)
@@ -128,7 +129,7 @@ def choose_pilot_suns(inputs, way):
     return progressive_order(choose_suns(way, *weather.axis, position=weather.data))
 
 
-def trace_part(inputs, part, setting, suns, *, stand_ins=2_048, progress=silent):
+def trace_part(inputs, part, setting, suns, *, progress=silent):
     """Trace some patches of a city, all others still in the way of rays.
 
     Parameters
@@ -139,8 +140,6 @@ def trace_part(inputs, part, setting, suns, *, stand_ins=2_048, progress=silent)
     setting : tuple
         Hemisphere rays, shadow points, reflections (None: as planned).
     suns : Suns
-    stand_ins : int
-        As of `keep_patches`.
     progress : callable
 
     Returns
@@ -152,7 +151,7 @@ def trace_part(inputs, part, setting, suns, *, stand_ins=2_048, progress=silent)
     """
     samples, shadow_samples, bounces = setting
     request = replace(inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
-    few = keep_patches(inputs.scene, inputs.prepared, part, stand_ins)
+    few = keep_patches(inputs.scene, inputs.prepared, part)
     patches, plan = few.prepared.patches, few.prepared.plan
     receives = patches.receives.copy()
     receives[: len(few.patches)] &= part[few.patches]
@@ -184,11 +183,24 @@ def traced_patches(prepared):
     return prepared.patches.receives & ~prepared.plan.unobstructed
 
 
-def take_evenly(wanted, count):
-    """About so many of the wanted ones, evenly spread over their order: (p,) bool."""
-    rows, chosen = np.flatnonzero(wanted), np.zeros(len(wanted), bool)
-    chosen[rows[:: max(len(rows) // count, 1)]] = True
-    return chosen
+def choose_square(scene, patches, traced, count):
+    """Patches of surfaces and ground in a square that has about so many traced ones: (p,) bool.
+
+    Its middle is the median of the eligible patches.
+    """
+    own = scene.triangle_surface
+    corners = np.asarray(scene.vertices, float)[scene.triangles].mean(axis=1)[:, :2]
+    eligible = np.append(scene.surfaces.eligible, False)[own]
+    middle = np.median(corners[eligible if eligible.any() else traced], axis=0) if traced.any() else corners[:1].mean(0)
+    away = np.abs(corners - middle).max(axis=1)
+    # A surface lies where its patches do on average, and is taken as a whole.
+    surfaces = len(scene.surfaces)
+    area = np.bincount(own[own >= 0], patches.area[own >= 0], surfaces)
+    mean = np.bincount(own[own >= 0], (patches.area * away)[own >= 0], surfaces) / np.maximum(area, 1e-12)
+    distance = np.where(own >= 0, np.append(mean, 0)[own], away)
+    if traced.sum() <= count:
+        return np.ones(len(own), bool)
+    return distance <= np.sort(distance[traced])[count - 1]
 
 
 def whole_replicates(rays):
