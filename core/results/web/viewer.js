@@ -152,6 +152,7 @@ function paint() {
   const digits = ticks[2] - ticks[0] >= 10 ? 0 : 2;
   byId("ticks").replaceChildren(...ticks.map((tick) => make("span", format(tick, digits))));
   byId("grey").style.background = city.missing;
+  byId("grey-words").textContent = layer.name === "change" ? "is new, or does not count" : "does not count";
   if (!view) return;
   const stops = layer.stops.map(readColour);
   const missing = readColour(city.missing);
