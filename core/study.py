@@ -110,14 +110,16 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, report_share=ignore_share, site=None):
+def stand_city(city, request, report_share=ignore_share, like=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
-    `report_share` is told the share that is done, 0 to 1; `site` is that of another scene, where it is to be kept.
+    `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene
+    `like`, where one is given.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
-    if site is None and request.site_of:
+    site, lattice = (like.site, like.lattice) if like else (None, None)
+    if like is None and request.site_of:
         site = site_of_results(request.site_of, city.crs)
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
@@ -127,7 +129,7 @@ def stand_city(city, request, report_share=ignore_share, site=None):
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site),
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice),
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
@@ -231,7 +233,7 @@ def trace_edit(base, city, progress=silent, *, request=None, preview=None):
     InputError
         As of `edit_light`.
     """
-    scene = stand_city(city, request or base.request, site=base.transfer.site)
+    scene = stand_city(city, request or base.request, like=base.leaf.prepared.scene)
     return edit_light(base, scene, progress, request=request, preview=preview)
 
 

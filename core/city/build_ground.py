@@ -143,7 +143,7 @@ class PlacedCity(NamedTuple):
     site: Site  # whose frame the points are in
 
 
-def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, report_share=ignore_share):
+def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=ignore_share):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
     Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
@@ -161,6 +161,8 @@ def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, re
         [m] Distance of ground points near the buildings.
     reach : float
         Least extent beyond the city [building heights], of `choose_reach`.
+    lattice : Lattice, optional
+        Of the city before an edit: taken if all of this one lies on it.
     ground_height : callable, optional
         As of `find_feet`.
     report_share : callable, optional
@@ -173,6 +175,7 @@ def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, re
         Oriented upwards.
     hanging : array, (h,) int64
         Footprints above the ground: passages, bridges, towers on other buildings.
+    lattice : Lattice
 
     Raises
     ------
@@ -183,7 +186,9 @@ def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, re
     check_parts(*placed[:4])
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(placed, ground_height)
-    lattice = lay_lattice(*measure_extent(placed.points, feet, reach, placed.site), patch_size, placed.site)
+    low, high, reach = measure_extent(placed.points, feet, reach, placed.site)
+    if lattice is None or (low[:2] < lattice.low).any() or (high[:2] > lattice.high).any():
+        lattice = lay_lattice(low, high, reach, patch_size, placed.site)
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
@@ -196,7 +201,7 @@ def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, re
     report_share(TRIANGULATED)
     between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
-    return *sort_by_place(vertices, triangles), feet.hanging
+    return *sort_by_place(vertices, triangles), feet.hanging, lattice
 
 
 def measure_extent(points, feet, reach, site):

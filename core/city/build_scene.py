@@ -38,6 +38,7 @@ class SceneOptions:
     ground_albedo: float = 0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
     sectors: str = "8"  # of `classify`
     site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
+    lattice: tuple | None = None  # of generated ground of another scene, kept where the city still lies on it
 
 
 def build_scene(

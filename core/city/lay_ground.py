@@ -71,9 +71,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
         over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
         above = placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0)
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
-    vertices, triangles, floating = build_ground(
-        placed, patch_size, reach=reach, ground_height=known, report_share=report_share
-    )
+    how = {"reach": reach, "lattice": options.lattice, "ground_height": known, "report_share": report_share}
+    vertices, triangles, floating, scene.lattice = build_ground(placed, patch_size, **how)
     if len(floating):
         names = ", ".join(scene.surfaces.surface_id[i] for i in floating[:5])
         notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names} …")

@@ -80,6 +80,7 @@ class Scene:
     back_albedo: float = 0.0  # of those undersides and edges
     trees: Crowns | None = None  # None: the model has no vegetation
     number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
+    lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
     halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
 

@@ -12,6 +12,7 @@ from reliefs import hill, tin
 from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.light.compare_cities import match_patches
 from citypv.core.light.difference import errors_of_difference
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.light.sun_visibility import projection_in_front
@@ -80,6 +81,10 @@ CITIES = {
     "racks": (houses, {"racks": "spacing=4,depth=2"}),
     "all rays": (houses, {"report": "all", "sky": "isotropic"}),
 }
+
+
+FAST = ("row", "canopy")
+CASES = [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in CITIES]
 
 
 def make(name):
@@ -205,13 +210,13 @@ def try_edit(base_of, name, seed):
     change = draw_change(city, np.random.default_rng([seed, *name.encode()]))
     after = edit_city(city, change, base.transfer.site.convergence)
     edited = trace_edit(base, after)
-    prepared = prepare_edit(base, stand_city(after, base.request, site=base.transfer.site), base.request)
+    prepared = prepare_edit(base, stand_city(after, base.request, like=base.leaf.prepared.scene), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
     apart = check_law(base, edited, full)
     return apart, 1 - edited.transfer.record.hemisphere_rays / full.transfer.record.hemisphere_rays
 
 
-@pytest.mark.parametrize("name", CITIES)
+@pytest.mark.parametrize("name", CASES)
 def test_an_edit_is_a_full_run_of_the_edited_city(base_of, name):
     results = [try_edit(base_of, name, seed) for seed in (1, 2)]
     assert sum(apart for apart, _ in results) <= 2
@@ -239,6 +244,20 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
     for wrong, words in ((Change(removed=["c"]), "no building of the city"), (Change(removed=["a", "b"]), "is left")):
         with pytest.raises(InputError, match=words):
             edit_city(city, wrong)
+
+
+def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
+    """Its height asks for ground that reaches further; the lattice stays that of the base, and so do ray origins."""
+    city, base = base_of("houses")
+    before = base.leaf.prepared
+    after = edit_city(city, Change(added=(make_city(box("tower", 48, 48, 6, 6, 0, 90)),)))
+    kept = []
+    for like in (before.scene, replace(before.scene, lattice=None)):
+        scene = stand_city(after, base.request, like=like)
+        found = match_patches(before, prepare_edit(base, scene, base.request))
+        kept.append((found >= 0).sum() / len(before.patches))
+    assert kept[0] > 0.9
+    assert kept[1] < 0.5
 
 
 def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
