@@ -48,7 +48,7 @@ class Surfaces:
     building_id: list  # (n,) str
     thematic: list  # (n,) str
     kind: np.ndarray  # (n,) str: facade, roof, flat, steep, downward, ground, rack
-    orientation: np.ndarray  # (n,) str: north, east, south, west, none
+    orientation: np.ndarray  # (n,) str: of ORIENTATIONS, or none
     eligible: np.ndarray  # (n,) bool
     area: np.ndarray  # (n,) float64 [m²]
     surface_tilt: np.ndarray  # (n,) float64 [°]

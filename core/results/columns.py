@@ -30,7 +30,7 @@ COLUMNS = (
     Column("thematic", "surfaces", "class in the file: WallSurface, RoofSurface, …", "", "text", tabled=False,
            stored=True),
     Column("kind", "surfaces", "facade, roof, flat, steep, downward, ground or rack", "", "text", stored=True),
-    Column("orientation", "surfaces", "north, east, south, west or none", "", "text", stored=True),
+    Column("orientation", "surfaces", "one of eight directions, north to northwest, or none", "", "text", stored=True),
     Column("eligible", "surfaces", "facade or roof by its shape, or rack", kind="flag", tabled=False, stored=True),
     Column("eligible", "energy", "facade or roof that modules may be mounted on, or rack", kind="flag"),
     Column("area", "surfaces", "area without holes", "m2", stored=True),
