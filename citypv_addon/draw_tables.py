@@ -6,6 +6,7 @@ from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
+from ..operators.result.summarise import CHANGED
 from ..operators.session import find_city
 from .draw_steps import draw_numbers, draw_sentence
 
@@ -41,13 +42,33 @@ def draw_best(layout, context):
         return
     head, body = layout.panel("citypv_best", default_closed=True)
     head.label(text="Best buildings")
-    for name, *numbers in [("", "kWp", "MWh per year"), *best] if body else ():
-        line = body.split(factor=0.45)
+    if body:
+        draw_buildings(body, ("kWp", "MWh a year"), best)
+
+
+def draw_changed(layout, context):
+    """Show the buildings whose energy changes most, those that lose first."""
+    city, _ = find_city(context.scene)
+    rows = [line.split("|") for line in city.get(CHANGED, ())] if city is not None else []
+    if rows:
+        draw_buildings(layout.box(), ("before", "after", "change", "%"), rows)
+
+
+def draw_buildings(layout, head, rows):
+    """Show buildings with numbers; their buttons select them and move the view to them."""
+    column, share, most = layout.column(align=True), *((0.45, 18) if len(head) < 3 else (0.28, 11))
+    for name, *numbers in [("", *head), *rows]:
+        line = column.split(factor=share)
         if name:
-            line.operator("citypv.show_building", text=name).building = name
+            line.operator("citypv.show_building", text=show_end(name, most)).building = name
         else:
             line.label(text="Building")
-        draw_numbers(line.split(factor=0.4), numbers)
+        draw_numbers(line.grid_flow(row_major=True, columns=len(head), align=True), numbers)
+
+
+def show_end(name, most):
+    """An id, of at most so many characters: those at its end tell one from another."""
+    return name if len(name) <= most else f"…{name[1 - most :]}"
 
 
 def draw_cells(layout, rows):

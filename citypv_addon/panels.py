@@ -9,7 +9,7 @@ from ..operators.light.keep_transfer import describe_missing
 from ..operators.picture.build_legend import MOMENT
 from ..operators.picture.show_result import find_before, has_result
 from ..operators.picture.timeline import FRAMES
-from ..operators.result.compare_results import CHANGES, FOUND
+from ..operators.result.summarise import CHANGES, FOUND
 from ..operators.run_step import Step
 from ..operators.session import find_city
 from .draw_steps import (
@@ -24,7 +24,7 @@ from .draw_steps import (
     draw_settings,
     draw_step,
 )
-from .draw_tables import draw_best, draw_effects, draw_presets, draw_probed, draw_table
+from .draw_tables import draw_best, draw_changed, draw_effects, draw_presets, draw_probed, draw_table
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
@@ -247,7 +247,8 @@ class ComparePanel(_Panel, bpy.types.Panel):
             return
         column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
         column.prop(context.scene.citypv_seeing, "side_by_side")
-        draw_table(self.layout, context, CHANGES, ("MWh per year", "before", "after", "change"))
+        draw_table(self.layout, context, CHANGES, ("MWh per year", "before", "after", "change", ""))
+        draw_changed(self.layout, context)
         draw_lines(self.layout, context, FOUND)
         self.layout.operator("citypv.forget_before", icon="X")
 

@@ -31,6 +31,7 @@ def _view(name, owner, meaning, title, legend_unit):
 
 QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
 CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
+CHANGE_ERROR = "full_load_hours_change_standard_error"
 COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")
 VIEWS = (
     _view(
@@ -47,6 +48,13 @@ VIEWS = (
         "time of further rounds that halve the standard error of the full load hours; grey where none is enough",
         "Seconds to halve the standard error",
         "s",
+    ),
+    _view(
+        CHANGE_ERROR,
+        "energy",
+        "standard error of the change of the full load hours, where both results are independent",
+        "Standard error of the change of the full load hours",
+        "h per year",
     ),
     *(
         _view(

@@ -76,7 +76,7 @@ def describe_moment(timeline, moment):
     month, hour = divmod(moment, HOURS)
     height = np.degrees(np.arcsin(np.clip(timeline.direction[moment, 2], -1, 1)))
     sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
-    energy = f"{timeline.energy_by_month[month]:,.0f}".replace(",", " ")
+    energy = f"{timeline.energy_by_month[month]:,.0f}"
     return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{timeline.zone:+d}), {sun}; {energy} MWh in {NAMES[month]}"
 
 

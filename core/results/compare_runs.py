@@ -18,6 +18,8 @@ from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
 from .read_results import CURE, Results, read_results, read_table
 
+TEXTS = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
+YIELDS = ["mwh_per_hour", "full_load_hours", "full_load_hours_error", "mwh", "mwh_error"]  # of `yields_of`
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
 GROUPS = ("weather", "electricity", "sky")  # of settings that have to agree
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
@@ -74,13 +76,37 @@ def compare_runs(before, after, errors=None):
         The hours, the weather, the modules or what counts differ, or a run has no outlines.
     """
     check_comparable(before, after)
-    match = match_surfaces(before, after)  # (n,) row of `before`, -1 for new ones
-    gone = np.setdiff1d(np.arange(len(before.faces)), match[match >= 0])
-    later, earlier = yields_of(after), yields_of(before)
-    paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
-    texts = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
+    match = match_shapes(shapes_of(before), shapes_of(after))
     known = None if errors is None else errors.reindex(after.faces["surface_id"]).to_numpy()
-    table = pd.concat([after.faces[texts], before.faces[texts].iloc[gone]], ignore_index=True)
+    states = [pd.concat([one.faces[TEXTS], yields_of(one)], axis=1) for one in (before, after)]
+    table = compare_surfaces(*states, match, known)
+    buildings = sum_buildings(table)
+    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after)
+
+
+def compare_surfaces(before, after, match, errors=None):
+    """What the surfaces of two states yield, side by side.
+
+    Parameters
+    ----------
+    before, after : pandas.DataFrame
+        A row for each surface: building_id and kind, other texts, and the columns of `yields_of`.
+    match : (n,) int
+        Of `match_shapes`.
+    errors : (n,) float [h], optional
+        Standard error of the change of the full load hours, NaN where it is not known.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each surface of the later state, in its order, then those that are gone: their texts, the state, hours
+        [h] and energy [MWh] before and after, the change and its standard error.
+    """
+    gone = np.setdiff1d(np.arange(len(before)), match[match >= 0])
+    later, earlier = after[YIELDS], before[YIELDS]
+    paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
+    texts = [name for name in after.columns if name not in YIELDS]
+    table = pd.concat([after[texts], before[texts].iloc[gone]], ignore_index=True)
     table.insert(2, "state", [EXISTING if row >= 0 else NEW for row in match] + [GONE] * len(gone))
     none = pd.DataFrame(np.nan, index=range(len(gone)), columns=later.columns)
     olds = pd.concat([paired, earlier.iloc[gone]], ignore_index=True)
@@ -91,14 +117,13 @@ def compare_runs(before, after, errors=None):
         table.loc[news[name].isna() & olds[name].isna(), f"{name}_change"] = np.nan
         # Surfaces that no changed ray reached have the same bits, and differ by nothing.
         error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0)).to_numpy(copy=True)
-        if known is not None:
-            own = known if name == "full_load_hours" else known * later["mwh_per_hour"].to_numpy()
+        if errors is not None:
+            own = errors if name == "full_load_hours" else errors * later["mwh_per_hour"].to_numpy()
             error[: len(match)] = np.where((match >= 0) & np.isfinite(own), own, error[: len(match)])
         table[f"{name}_change_standard_error"] = np.where(olds[name] == news[name], 0.0, error)
     lone = table["state"] != EXISTING
     table.loc[lone, ["full_load_hours_change", "full_load_hours_change_standard_error"]] = np.nan
-    buildings = sum_buildings(table)
-    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after)
+    return table
 
 
 def check_comparable(before, after):
@@ -126,18 +151,21 @@ def check_comparable(before, after):
             raise InputError(one.name, "has no shapes of its surfaces, by which they are told", CURE)
 
 
-def match_surfaces(before, after):
+def match_shapes(earlier, later):
     """Row of the earlier state for each surface of the later one, -1 where there is none: (n,) int.
 
     Two surfaces are the same where each is the other's nearest.
+
+    Parameters
+    ----------
+    earlier, later : (m, 7) and (n, 7) float64 [m]
+        Middle, in the files' grid, root of the area, and normal of each surface.
     """
-    earlier, later = shapes_of(before), shapes_of(after)
-    middle = earlier[:, :3].mean(axis=0)  # so that eastings lose no digits
-    earlier[:, :3] -= middle
-    later[:, :3] -= middle
     match = np.full(len(later), -1)
     if not (len(earlier) and len(later)):
         return match
+    middle = earlier[:, :3].mean(axis=0)  # so that eastings lose no digits
+    earlier, later = (np.column_stack([one[:, :3] - middle, one[:, 3:]]) for one in (earlier, later))
     distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=SAME)
     _, back = cKDTree(later).query(earlier)
     found = np.flatnonzero(np.isfinite(distance))
@@ -165,19 +193,17 @@ def yields_of(results):
     """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors: pandas.DataFrame."""
     faces, summary = results.faces, results.summary
     counted = faces["area" if summary["settings"].get("hidden_walls") == "count" else "open_area"]
-    hours, error = faces["full_load_hours"], faces["full_load_hours_standard_error"]
     with np.errstate(divide="ignore", invalid="ignore"):
         # Hours are means over the whole polygon; modules lie on the part that counts.
         power = faces["module_area"] / summary["totals"]["area_per_kwp"] * faces["area"] / counted / 1000
-    carries = faces["module_area"] > 0
-    columns = {
-        "mwh_per_hour": power,
-        "full_load_hours": hours,
-        "full_load_hours_error": error,
-        "mwh": power * hours,
-        "mwh_error": power * error,
-    }
-    return pd.DataFrame({name: values.where(carries) for name, values in columns.items()})
+    power = power.where(faces["module_area"] > 0)
+    return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
+
+
+def tell_yields(power, hours, error):
+    """Columns `YIELDS` of surfaces from the power [MW] of their modules, NaN where there are none: pandas.DataFrame."""
+    columns = zip(YIELDS, (power, hours, error, power * hours, power * error), strict=True)
+    return pd.DataFrame({name: np.where(np.isfinite(power), values, np.nan) for name, values in columns})
 
 
 def sum_buildings(table):
@@ -208,19 +234,24 @@ def sum_energy(own):
 
 def summarise_comparison(table, buildings, before, after):
     """Sums [MWh per year] over the buildings of each state and over all, and what was compared: dict."""
-    state = dict(zip(buildings["building_id"], buildings["state"], strict=True))
-    states = table["building_id"].map(state)
-    sums = {}
-    for name in (EXISTING, CHANGED, NEW, GONE, "all"):
-        own = table if name == "all" else table[states == name]
-        sums[name] = {"buildings": own["building_id"].nunique(), **sum_energy(own)}
     traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
     names = {name for name, *_ in declared_settings("light", "effects")}
     return {
         "before": before.name,
         "after": after.name,
         "weather": after.summary["weather"]["label"],
-        "sums": sums,
+        "sums": sum_states(table, buildings),
         "unit": "MWh per year",
         "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
     }
+
+
+def sum_states(table, buildings):
+    """Sums [MWh per year] over the buildings of each state and over all: dict of dict."""
+    state = dict(zip(buildings["building_id"], buildings["state"], strict=True))
+    states = table["building_id"].map(state)
+    sums = {}
+    for name in (EXISTING, CHANGED, NEW, GONE, "all"):
+        own = table if name == "all" else table[states == name]
+        sums[name] = {"buildings": own["building_id"].nunique(), **sum_energy(own)}
+    return sums

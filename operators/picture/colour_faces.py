@@ -18,7 +18,7 @@ from ...core.results.colour_map import (
     tick_step,
 )
 from ...core.settings.errors import InputError
-from ..attributes import CHANGE, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
+from ..attributes import CHANGE, CHANGE_ERROR, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
 
 MATERIAL = "CityPV colours"
 COLOUR_ATTRIBUTE = PREFIX + "colour"
@@ -105,7 +105,7 @@ def format_tick(value, scale):
     """Label of a tick, with the number of decimals that the tick distance needs."""
     step = tick_step(scale.low, scale.high)
     decimals = max(0, int(-np.floor(np.log10(step) + 1e-9)))
-    return f"{value + 0.0:,.{decimals}f}".replace(",", " ")
+    return f"{value + 0.0:,.{decimals}f}"
 
 
 def colours_of_values(scale, values):
@@ -151,14 +151,18 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     if values is None:
         problem = f"its faces have no {TITLES[attribute].lower()} yet"
         raise InputError(city.name, problem, "run the step that computes it")
+    areas = read_array(city.data.polygons, "area")
     if low is None and high is None and RANGE + attribute in city:
         low, high = city[RANGE + attribute]
+    elif attribute.startswith(CHANGE):  # zero is in the middle
+        values = hide_noise(city, attribute, values)
+        changed = np.nan_to_num(values) != 0
+        ends = np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2)
+        found = choose_range(*ends) if changed.any() else (-1.0, 1.0)
+        half = max(abs(end if given is None else given) for given, end in zip((low, high), found, strict=True))
+        low, high = -half, half
     elif attribute not in CODES and (low is None or high is None):
-        areas = read_array(city.data.polygons, "area")
-        if attribute.startswith(CHANGE):  # zero is in the middle
-            found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
-        else:
-            found = choose_range(values, areas)
+        found = choose_range(values, areas)
         low, high = (chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
     scale = build_scale(attribute, low, high, colour_map)
     paint_mesh(city.data, values, scale)
@@ -169,6 +173,15 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
         _set_materials(ground.data, build_ground_material())
         write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
+
+
+def hide_noise(city, attribute, values):
+    """Values of a difference, (f,); NaN, which is grey, where it is known to be below two of its standard errors.
+
+    What differs by nothing is no noise.
+    """
+    errors = read_face_attribute(city.data, CHANGE_ERROR) if attribute == CHANGE + "full_load_hours" else None
+    return values if errors is None else np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
 
 
 def paint_mesh(mesh, values, scale, material=MATERIAL):

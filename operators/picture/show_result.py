@@ -50,7 +50,7 @@ def show_result(context, city, ground, attribute):
     scale = colour_faces(city, ground, attribute, **ends, colour_map=settings.colour_map)
     _state["quiet"] = True
     settings.attribute = attribute
-    if not own and not scale.classes:
+    if not scale.classes:
         settings.low, settings.high = scale.low, scale.high
     _state["quiet"] = False
     show_colours(context, city)

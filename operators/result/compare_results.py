@@ -4,50 +4,116 @@ import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError, count_of
-from ..attributes import CHANGE, COMPARED, PREFIX, read_face_attribute, remove_face_attributes, write_surface_values
-from ..city.build_meshes import remove_objects, show_objects
-from ..light.keep_transfer import find_kept, read_kept, reopen_session
+from ..attributes import (
+    CHANGE,
+    CHANGE_ERROR,
+    COMPARED,
+    KIND_CODES,
+    PREFIX,
+    read_array,
+    read_face_attribute,
+    remove_face_attributes,
+    write_surface_values,
+)
+from ..city.build_meshes import BUILDINGS, remove_objects, show_objects
 from ..picture.show_result import BEFORE, find_before, has_result, show_before, show_result
 from ..run_step import Action, OfCity
-from ..session import find_session
-from .summarise import ENERGY
+from .summarise import CHANGED, CHANGES, FOUND, KWP
 
-IDS, CHANGES, FOUND = PREFIX + "surface_ids", PREFIX + "changes", PREFIX + "matched"
-COPIED = ("totals", "energy_totals", "weather", "buildings")  # properties that tell of the result
+COPIED = ("totals", "energy_totals", "weather", "buildings", "kwp", "origin", "convergence")  # properties of the city
+MOST = 20  # buildings in the table
+HOURS = "full_load_hours"
 
 
 def compare_with_before(stage, city, ground):
     """Write after minus before on the faces of a city; return whether there is a result to compare with.
 
-    Surfaces are matched by their ids. Those that only one of the results has are NaN. A city without any common surface
-    is another one, and not compared.
+    Surfaces are matched by their shapes. Those that only one of the results has are NaN. A city without any common
+    surface is another one, and not compared.
 
     Parameters
     ----------
     stage : bpy.types.Scene
     city, ground : bpy.types.Object or None
-        With results; its session has the traced light.
+        With results.
     """
-    before = find_before(stage)
-    ids = find_session(city).transfer.surfaces.surface_id
-    if before is None or not set(ids) & set(before[IDS]):
-        for key in (CHANGES, FOUND):
+    before, match = find_before(stage), None
+    if before is not None and KWP in before and KWP in city:
+        from ...core.results.compare_runs import compare_surfaces, match_shapes, sum_buildings, sum_states
+
+        (olds, old_rows, old_shapes), (news, rows, shapes) = read_state(before, city), read_state(city, city)
+        match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
+    if match is None or not (match >= 0).any():
+        for key in (CHANGES, CHANGED, FOUND):
             city.pop(key, None)
-        remove_face_attributes(city, ground, *(CHANGE + name for name in COMPARED))
+        remove_face_attributes(city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED))
         return False
-    row_of = {name: row for row, name in enumerate(before[IDS])}
-    rows = np.array([row_of.get(name, -1) for name in ids])
+    table, count, matched = compare_surfaces(olds, news, match), len(city[KWP]), match >= 0
     for name in COMPARED:
-        earlier, later = values_of_surfaces(before, name, len(row_of)), values_of_surfaces(city, name, len(ids))
-        write_surface_values(city, ground, CHANGE + name, np.where(rows < 0, np.nan, later - earlier[rows]))
-    new, gone = int((rows < 0).sum()), len(set(row_of) - set(ids))
-    city[FOUND] = f"{count_of(len(ids) - new, 'surface')} matched by id; grey: {new} new" + (
-        f"; {gone} are gone" if gone else ""
+        earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
+        change = np.full(count, np.nan)
+        change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
+        write_surface_values(city, ground, CHANGE + name, change)
+    errors = np.full(count, np.nan)
+    errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
+    write_surface_values(city, ground, CHANGE_ERROR, errors)
+    buildings = sum_buildings(table)
+    sums = sum_states(table, buildings)
+    city[CHANGES] = [write_change(name, one) for name, one in sums.items() if one["buildings"]]
+    largest = buildings["mwh_change"].abs().sort_values(ascending=False, kind="stable").index[:MOST]
+    most = buildings.loc[sorted(largest)]  # the one that loses most first
+    most = most[most["mwh_change"].abs() > 0]
+    city[CHANGED] = [write_change(row["building_id"], row) for row in most.to_dict("records")]
+    new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
+    city[FOUND] = (
+        f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
+two standard errors"
+        + (f"; {gone:,} are gone" if gone else "")
     )
-    totals = before.get(ENERGY, {})
-    rows = [(name, totals[name], after) for name, after in city.get(ENERGY, {}).items() if name in totals]
-    city[CHANGES] = ["|".join([name, *map(write_energy, (old, later, later - old))]) for name, old, later in rows]
     return True
+
+
+def read_state(item, city):
+    """Surfaces of a city, or of what was kept of it, that have faces.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    city : bpy.types.Object
+        Of this session, in whose reference system the shapes are.
+
+    Returns
+    -------
+    yields : pandas.DataFrame
+        Of `core.results.compare_runs.tell_yields`, with building_id and kind: k rows.
+    rows : (k,) int
+        Surfaces.
+    shapes : (k, 7) float64 [m]
+        Of `core.results.compare_runs.match_shapes`.
+    """
+    from ...core.city.locate_site import bring_to_grid
+    from ...core.city.scene import Site
+    from ...core.results.compare_runs import tell_yields
+
+    mesh = item.data
+    rows, first, own = np.unique(read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True)
+    area = read_array(mesh.polygons, "area").astype(float)
+    weight = np.maximum(area, 1e-12)
+    total = np.bincount(own, weight)
+    middle, normal = (
+        np.column_stack([np.bincount(own, weight * axis) / total for axis in read_array(mesh.polygons, name, 3).T])
+        for name in ("center", "normal")
+    )
+    origin = [float(value) for value in item.get(PREFIX + "origin", city[PREFIX + "origin"])]
+    site = Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
+    shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
+    hours, error = (read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error"))
+    kwp = np.array(item[KWP])[rows]
+    table = tell_yields(np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float))
+    names, words = np.array(list(item[BUILDINGS]), dtype=object), {code: kind for kind, code in KIND_CODES.items()}
+    table.insert(0, "building_id", names[read_face_attribute(mesh, "building")[first]])
+    table.insert(1, "kind", [words[code] for code in read_face_attribute(mesh, "kind")[first].tolist()])
+    return table, rows, shapes
 
 
 def values_of_surfaces(item, name, count):
@@ -59,20 +125,26 @@ def values_of_surfaces(item, name, count):
     return found
 
 
+def write_change(name, sums):
+    """Row of a table: name, energy [MWh] before, after, change, and change in percent or the state that has none."""
+    before, after, change = (sums[f"mwh_{word}"] for word in ("before", "after", "change"))
+    percent = f"{100 * change / before:+.1f} %" if before > 0 and after > 0 else "–"
+    return "|".join([name.replace("|", "/"), *map(write_energy, (before, after, change)), percent.replace("-", "−")])
+
+
 def write_energy(value):
     """Energy [MWh] with a decimal below 100."""
-    return f"{value:,.{0 if abs(value) >= 100 else 1}f}".replace(",", " ").replace("-", "−")
+    return f"{value:,.{0 if abs(value) >= 100 else 1}f}".replace("-", "−")
 
 
 class KeepBefore(OfCity, Action, bpy.types.Operator):
     """Keep the present result as "before": every later result is shown as the difference from it"""
 
     bl_idname, bl_label = "citypv.keep_before", "Keep as before"
-    needs, lacking = PREFIX + "full_load_hours", "Compute the energy first"
+    needs, lacking = KWP, "Compute the energy first"
 
     def act(self, context, city, ground):
         """Keep a copy of the city, hidden, in place of an earlier one."""
-        read_kept(reopen_session(city), find_kept(city))
         remove_objects(find_before(context.scene))
         item = bpy.data.objects.new(f"{city.name} before", city.data.copy())
         item.data.name, item.matrix_world = item.name, city.matrix_world
@@ -80,7 +152,6 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
             if key in city:
                 item[key] = city[key]
         item[PREFIX + "part"] = BEFORE
-        item[IDS] = list(find_session(city).transfer.surfaces.surface_id)
         show_objects(context.scene, item)
         show_before(item, visible=False)
         context.scene.citypv_seeing.side_by_side = False
@@ -100,9 +171,8 @@ class CompareBefore(Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Write and show the difference."""
-        read_kept(reopen_session(city), find_kept(city))
         if not compare_with_before(context.scene, city, ground):
-            problem = "is of another city: no surface has the same id"
+            problem = "is of another city: no surface has the same shape"
             raise InputError("The result kept as before", problem, "keep one of this city")
         show_result(context, city, ground, CHANGE + "full_load_hours")
 

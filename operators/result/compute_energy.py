@@ -15,7 +15,7 @@ from ..session import find_city, find_own_city
 from .compare_results import compare_with_before
 from .keep_report import find_faces
 from .select_faces import select_faces
-from .summarise import sum_totals, summarise_energy
+from .summarise import KWP, sum_totals, summarise_energy
 
 BEST = PREFIX + "best"  # property of the city
 MOST = 20
@@ -32,6 +32,8 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     def work(task, progress):
         """Read the weather and compute the energy."""
         from ...core.accuracy.yield_errors import seconds_to_halve
+        from ...core.energy.energy import kwp_of_hours
+        from ...core.energy.pv_system import build_system
         from ...core.study import check_settings, compute_energy, read_year
         from ...core.weather.weather import describe_distance
 
@@ -42,19 +44,21 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
         surfaces = session.transfer.surfaces
-        totals = sum_totals(session.transfer, energy, request), rank_buildings(surfaces, energy, request)
+        kwp = kwp_of_hours(np.asarray(surfaces.area), energy, build_system(request))
+        totals = sum_totals(session.transfer, energy, request), rank_buildings(surfaces, energy, request), kwp
         seconds = seconds_to_halve(session.transfer, weather, energy)
         return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals, seconds)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, request, (place, (totals, best), seconds) = result
+        session, weather, energy, request, (place, (totals, best, kwp), seconds) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy, session.request = weather, energy, request
         write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
         text = summarise_energy(city, weather, energy, place, totals)
         city[BEST] = [f"{name.replace('|', '/')}|{kwp:,.1f}|{mwh:,.1f}" for name, kwp, mwh in best]
+        city[KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
         show_result(context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours")

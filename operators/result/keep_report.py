@@ -95,9 +95,9 @@ def describe_import(scene):
 
 
 def write_number(value):
-    """Format a number with thin spaces between thousands, and one decimal if it is small."""
+    """Format a number with commas between thousands, and one decimal if it is small."""
     digits = 1 if isinstance(value, float) and value < 100 else 0
-    return f"{value:,.{digits}f}".replace(",", " ")
+    return f"{value:,.{digits}f}"
 
 
 def read_rows(item, heading=None):

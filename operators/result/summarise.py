@@ -8,7 +8,10 @@ GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
     PREFIX + name for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
 )
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
-OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, *(PREFIX + name for name in ("probe", "best", "charts")))
+KWP = PREFIX + "kwp"  # of each surface
+CHANGES, CHANGED, FOUND = (PREFIX + name for name in ("changes", "changed_buildings", "matched"))  # before and after
+OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, CHANGES, CHANGED, FOUND)
+OF_ENERGY += tuple(PREFIX + name for name in ("probe", "best", "charts"))
 KIND_TITLES = {
     "facade": "Facades",
     "roof": "Pitched roofs",
@@ -43,12 +46,12 @@ def summarise_energy(item, weather, energy, place, totals):
     """
     item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
     item[TOTALS] = [
-        "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}".replace(",", " ") for key in SHOWN)])
+        "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
         for name, total in totals.items()
     ]
     annual = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
     item[GROUPS] = [
-        f"{kind} {orientation}|{count}|{value:,.0f}".replace(",", " ")
+        f"{kind} {orientation}|{count}|{value:,.0f}"
         for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
     ]
     item[WEATHER], item[PLACE] = weather.label, place

@@ -1,12 +1,14 @@
-"""Before and after: differences of two results by surface id, and what is shown of them."""
+"""Before and after: differences of two results, surface by surface, and what is shown of them."""
 
 import bpy
 import numpy as np
 import pytest
+from conftest import EAST, NORTH, describe_house, write_city
 from steps import colours_of, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.picture.colour_faces import colours_of_values, read_scale
+from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
+from citypv.operators.attributes import read_face_attribute, write_face_attribute
+from citypv.operators.picture.colour_faces import colour_faces, colours_of_values, read_scale
 from citypv.operators.result.compare_results import find_before
 from citypv.operators.session import find_city, find_session, list_cities
 
@@ -23,6 +25,13 @@ def by_id(city, name):
     return {ids[row]: value for row, value in zip(faces.tolist(), read_face_attribute(city.data, name), strict=True)}
 
 
+def read_rows(city, name):
+    """Rows of a table: name -> before, after and change [MWh], change [%], NaN where there is none."""
+    rows = (row.split("|") for row in city[f"citypv_{name}"])
+    numbers = str.maketrans({"−": "-", "–": "nan", "%": None, ",": None})
+    return {name: [float(cell.translate(numbers)) for cell in cells] for name, *cells in rows}
+
+
 def test_the_difference_is_after_minus_before(addon, city_file):
     city = compute(city_file, albedo=0.2)
     before, energy = by_id(city, HOURS), dict(city["citypv_energy_totals"])
@@ -36,12 +45,13 @@ def test_the_difference_is_after_minus_before(addon, city_file):
     assert all(change[name] > 0 for name in walls)  # brighter walls light each other
     assert city["citypv_colour_attribute"] == CHANGE
     assert city["citypv_colour_low"] == -city["citypv_colour_high"] < 0
-    rows = dict(row.split("|", 1) for row in city["citypv_changes"])
-    told = [float(text.replace("−", "-")) for text in rows["All"].split("|")]
+    rows = read_rows(city, "changes")
+    assert list(rows) == ["existing", "all"]
     now = city["citypv_energy_totals"]["All"]
-    assert told[:2] == pytest.approx([energy["All"], now], abs=0.51)  # written without decimals
-    assert told[2] == pytest.approx(now - energy["All"], abs=0.051)
-    assert city["citypv_matched"] == "21 surfaces matched by id; grey: 0 new"
+    expected = [energy["All"], now, now - energy["All"], 100 * (now / energy["All"] - 1)]
+    assert rows["all"][:2] == pytest.approx(expected[:2], abs=0.51)  # written without decimals
+    assert rows["all"][2:] == pytest.approx(expected[2:], abs=0.051)
+    assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 0 new")
 
 
 def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
@@ -53,7 +63,14 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     assert all(np.isnan(value) for name, value in change.items() if name.startswith("tower"))
     south = next(name for name in before if name.startswith("house0_Roof") and change[name] < -0.1 * before[name])
     assert south
-    assert city["citypv_matched"].startswith("21 surfaces matched by id; grey: 7 new")
+    assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 7 new")
+    # The sums tell the tower from its neighbours, and the one that loses most stands first.
+    sums, buildings = read_rows(city, "changes"), read_rows(city, "changed_buildings")
+    assert list(sums) == ["existing", "new", "all"] and next(iter(buildings)) == "house0" and "tower" in buildings
+    order = [cells[2] for cells in buildings.values()]
+    assert order == sorted(order) and order[0] < 0 < order[-1]
+    assert sums["new"][:3] == [0.0, *[pytest.approx(buildings["tower"][1], abs=0.051)] * 2] and np.isnan(sums["new"][3])
+    assert sums["existing"][2] == pytest.approx(sum(order[:-1]), abs=0.16) and sums["existing"][2] < 0
     # Its grey is the material of missing results.
     material = {city.data.materials[face.material_index].name for face in city.data.polygons}
     assert "CityPV missing" in material
@@ -61,7 +78,46 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     bpy.ops.citypv.forget_before()
     bpy.ops.citypv.keep_before()
     city = compute(city_file)
-    assert city["citypv_matched"] == "21 surfaces matched by id; grey: 0 new; 7 are gone"
+    assert city["citypv_matched"].endswith("; 7 are gone")
+
+
+def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_shapes(addon, tmp_path):
+    """A third house far in the west moves the origin of the scene, and stands before the others in the file."""
+    first, second = (describe_house(name, EAST + x, NORTH) for name, x in (("a", 0.0), ("b", 30.0)))
+    compute(write_city(tmp_path, "two.gml", [first, second]))
+    bpy.ops.citypv.keep_before()
+    origin = tuple(find_before(bpy.context.scene)["citypv_origin"])
+    others = [
+        text.replace('"a', '"z').replace('"b', '"a') for text in (second, first)
+    ]  # the second has the first's name
+    city = compute(write_city(tmp_path, "three.gml", [describe_house("far", EAST - 900, NORTH), *others]))
+    assert tuple(city["citypv_origin"]) != origin
+    assert city["citypv_matched"].startswith("14 surfaces matched by shape; grey: 7 new")
+    change, error = by_id(city, CHANGE), by_id(city, "full_load_hours_change_standard_error")
+    known = [name for name in change if np.isfinite(change[name])]
+    assert len(known) == 12 and not any(name.startswith("far") for name in known)
+    # 900 m away little changes but the random numbers; a wall matched with another one would differ by hundreds.
+    assert all(abs(change[name]) < 4 * error[name] + 1 for name in known)
+
+
+@pytest.mark.parametrize(("change", "end"), [(0.0, 1.0), (-30.0, 30.0), (40.0, 40.0)])
+def test_zero_is_in_the_middle_and_noise_is_grey(shown, change, end):
+    """Most of the city does not change: the scale is that of what does, and the rest has the colour of the middle."""
+    city, ground = shown
+    values = np.where(np.isfinite(read_face_attribute(city.data, HOURS)), 0.0, np.nan)
+    changed, noise, still = np.flatnonzero(np.isfinite(values))[:3]
+    values[changed], values[noise] = change, 0.5
+    write_face_attribute(city.data, CHANGE, values)
+    write_face_attribute(city.data, "full_load_hours_change_standard_error", np.full(len(values), 0.3))
+    scale, colours = colour_faces(city, ground, CHANGE), colours_of(city.data)[::3]
+    assert (scale.low, scale.high) == (-end, end)
+    np.testing.assert_allclose(colours[still], srgb_colour(DIVERGING.split()[8]), atol=0.01)
+    np.testing.assert_allclose(
+        colours[[noise, np.flatnonzero(np.isnan(values))[0]]], [srgb_colour(MISSING)] * 2, atol=0.01
+    )
+    red, _, blue = colours[changed]
+    assert np.sign(red - blue) == np.sign(change)  # brown gains, blue loses
+    assert (colour_faces(city, ground, CHANGE, low=-10.0, high=20.0).low) == -20.0
 
 
 def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, tmp_path):
@@ -106,13 +162,13 @@ def test_forgetting_removes_all_of_it(addon, city_file):
     assert not bpy.ops.citypv.compare.poll()
 
 
-def test_another_city_is_not_compared(addon, city_file, row_file):
+def test_another_city_is_not_compared(addon, city_file, tmp_path):
     compute(city_file)
     bpy.ops.citypv.keep_before()
-    city = compute(row_file)
+    city = compute(write_city(tmp_path, "elsewhere.gml", [describe_house("house0", EAST + 500, NORTH)]))
     assert city["citypv_colour_attribute"] == HOURS
     assert "citypv_" + CHANGE not in city.data.attributes
-    with pytest.raises(RuntimeError, match="of another city: no surface has the same id"):
+    with pytest.raises(RuntimeError, match="of another city: no surface has the same shape"):
         bpy.ops.citypv.compare()
 
 

@@ -6,6 +6,7 @@ import bpy
 import pytest
 from steps import here, run
 
+from citypv.citypv_addon.draw_tables import show_end
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators import check_libraries
@@ -74,6 +75,11 @@ def start(layout, context):
     return layout.column(), context.scene.citypv
 
 
+def test_long_ids_show_their_ends():
+    assert show_end("DEBE3DYY500020vE", 16) == "DEBE3DYY500020vE"
+    assert show_end("UUID_1f8a3c5e-0f3d-77ad00c1e2f9", 8) == "…0c1e2f9"
+
+
 def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert "Choose a city, or drop its file here" in draw_all()
     for step in ("import_city", "classify", "trace", "energy"):
@@ -85,6 +91,8 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     addon.attribute, addon.auto_range = "kind", False
     addon.low, addon.high = 2, 1
     assert "Low must be below High" in draw_all()
+    run("keep_before", "energy")
+    assert {"existing", "all"} <= set(draw_all())
     run("import_city", city_path=str(row_file))
     assert "Not computed yet: run the steps above" in draw_all()
 
