@@ -6,7 +6,7 @@
     shadows      each patch looks again at the suns that stand behind the boxes of what has changed
 
 The result is that of a run of the edited city: the same rays with the same random numbers, and the same solution.
-Only where two triangles share an edge may a ray meet the other one, as it may with another ray tracer.
+Only where two triangles share an edge or coincide may a ray meet the other one, as it may with another ray tracer.
 """
 
 from dataclasses import dataclass, replace
@@ -234,8 +234,7 @@ def find_same(known):
     same = (place >= 0) & (traced.samples[place] > 0)
     if not len(known.solids) and not len(known.crowns):
         return same
-    covered = find_cover(prepared.plan.ray_scene, patches, same, context.threads)
-    same &= (covered == traced.covered[place]).all(axis=1)
+    covered = traced.covered[place]
     rows = np.flatnonzero(same & ~covered.all(axis=1))
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
@@ -268,7 +267,8 @@ def find_same(known):
         tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
     for changed in map_in_order(differ, tasks, context.threads):
         same[changed] = False
-    return same
+    now = find_cover(prepared.plan.ray_scene, patches, same, context.threads)
+    return same & (now == covered).all(axis=1)
 
 
 def scene_of(corners):

