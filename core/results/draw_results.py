@@ -66,8 +66,6 @@ def draw_months(groups):
     for axes in panels:
         axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
         axes.margins(x=0.02)
-    top = max((table.to_numpy().max() for table in tables.values()), default=1.0)
-    panels[0].set_ylim(0, 1.45 * max(top, 1e-3))  # room for the legend
     for axes in panels[::ABREAST]:
         axes.set_ylabel("Full load hours in the month [h]")
     return figure
@@ -93,7 +91,6 @@ def draw_day(groups):
         axes.set_xlabel(SOLAR if solar else UNIVERSAL)
         axes.set_xticks(np.arange(0, 25, 3))
         axes.set_xlim(0, 24)
-    panels[0].set_ylim(bottom=0)
     for axes in panels[::ABREAST]:
         axes.set_ylabel("Full load hours in a year [h]")
     return figure
@@ -123,6 +120,10 @@ def draw_lines(tables, shift, label):
             axes.plot(table.index + shift, hours, label=words, markersize=4, **LINES.get(side, OTHER))
         axes.set_title(kind_title(kind))
         axes.legend(loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2)
+    if tables:  # the legend stands above the highest line
+        top = max(table.to_numpy().max() for table in tables.values())
+        lines = max(len(table.columns) for table in tables.values())
+        panels[0].set_ylim(0, max(top, 1e-3) / (0.95 - 0.05 * lines))
     return figure, panels
 
 
