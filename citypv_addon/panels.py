@@ -242,6 +242,9 @@ class ComparePanel(_Panel, bpy.types.Panel):
     def draw(self, context):
         """Show the buttons, and the totals of both results."""
         column, _ = self.start(context)
+        row = column.row(align=True)
+        row.operator("citypv.add_to_city", icon="ADD")
+        row.operator("citypv.remove_building", icon="REMOVE")
         column.operator("citypv.keep_before", icon="DUPLICATE")
         if find_before(context.scene) is None:
             return

@@ -26,6 +26,7 @@ class Session:
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
     round: Any = None  # (Transfer, Energy) of the last round of a trace that goes on, until it is shown
+    base: Any = None  # (core.light.editable_city.EditableCity, the Transfer made of it), for edits of the city
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 

@@ -132,14 +132,23 @@ def wants_rounds(request):
 def trace_rounds(session, weather, request, progress):
     """Transfer of a session's scene: of one round, or of as many as target and time ask for.
 
-    Every round is left in `session.round`, with the energy that the Transfer of all rounds so far has. The numbers are
-    those of the command line with as many rounds. Cancelled among further rounds, those that are finished are kept.
+    What the rays of a single round met is kept in `session.base`, so that the city can be edited. Every round is left
+    in `session.round`, with the energy that the Transfer of all rounds so far has. The numbers are those of the command
+    line with as many rounds. Cancelled among further rounds, those that are finished are kept.
 
     """
-    from ...core.study import trace_scene
+    from ...core.study import trace_base, trace_scene, weigh_kept_suns
 
-    if not wants_rounds(request):
+    session.base = None
+    if not wants_rounds(request) and request.estimator != "gather":
         return trace_scene(session.scene, weather, request, progress)
+    if not wants_rounds(request):
+        base = trace_base(session.scene, weather, request, progress)
+        transfer = base.transfer
+        if transfer.record.interrupted:
+            return weigh_kept_suns(transfer, weather.axis)
+        session.base = base, transfer
+        return transfer
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted
     from ...core.light.prepare_scene import prepare_scene
