@@ -31,7 +31,7 @@ from .photons.trace_forward import trace_forward
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
-from .results.read_results import site_of_results
+from .results.read_results import place_of_results
 from .settings.errors import InputError
 from .settings.progress import ignore_share, silent
 from .settings.request import check_request
@@ -120,7 +120,7 @@ def stand_city(city, request, report_share=ignore_share, like=None):
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
     site, lattice = (like.site, like.lattice) if like else (None, None)
     if like is None and request.site_of:
-        site = site_of_results(request.site_of, city.crs)
+        site, lattice = place_of_results(request.site_of, city.crs)
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     scene = build_scene(

@@ -66,7 +66,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             request = replace(
                 request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             )
-        scene = stand_city(city, request, site=kept.site)
+        scene = stand_city(city, request, like=base.leaf.prepared.scene)
         edited = edit_light(base, scene, log.progress, request=request)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
@@ -86,7 +86,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
 
 def restore_base(kept, transfer):
     """The traced city of rays.nc and transfer.nc: EditableCity."""
-    scene = stand_city(kept.city, kept.request, site=kept.site)
+    scene = stand_city(kept.city, kept.request, like=kept)
     known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of}
     return restore_editable(scene, kept.request, transfer, **known)
 

@@ -14,6 +14,7 @@ from zlib import crc32
 import h5netcdf
 import numpy as np
 
+from ..city.build_ground import Lattice
 from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Site
 from ..city.terrain import Layer, Terrain
@@ -31,7 +32,7 @@ from .netcdf_file import netcdf_file, write_variables
 NAME, FORMAT = "rays.nc", "CityPV rays 1"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
+TYPES += (Lattice, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
@@ -45,6 +46,7 @@ class KeptRays:
 
     city: City  # as read
     site: Site
+    lattice: Lattice | None  # of generated ground
     request: Request  # its files lie in a temporary folder
     names: dict  # of these settings: the files that were given
     decisions: Decisions
@@ -84,6 +86,7 @@ def write_rays(path, base, city, names=None):
     content = {
         "city": city,
         "site": base.transfer.site,
+        "lattice": base.leaf.prepared.scene.lattice,
         "request": told,
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
@@ -143,7 +146,8 @@ def read_rays(folder):
         raise InputError(path, f"cannot be read ({error})", CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
     request = Request(**found["request"])
-    kept = KeptRays(found["city"], found["site"], request, *(found[name] for name in ("names", "decisions", "states")))
+    known = {name: found[name] for name in ("city", "site", "lattice", "names", "decisions", "states")}
+    kept = KeptRays(request=request, **known)
     weakref.finalize(kept, remove_files, place)
     for name, (file_name, data) in found["files"].items():
         own = Path(place, Path(file_name).name)
@@ -165,6 +169,9 @@ def encode(value, arrays):
         return encode_array(value, arrays)
     if is_dataclass(value):
         own = {one.name: encode(getattr(value, one.name), arrays) for one in fields(value) if one.name not in LEFT_OUT}
+        return {"type": type(value).__name__, "fields": own}
+    if hasattr(value, "_asdict"):
+        own = {name: encode(one, arrays) for name, one in value._asdict().items()}
         return {"type": type(value).__name__, "fields": own}
     if isinstance(value, dict):
         return {"dict": [[encode(key, arrays), encode(one, arrays)] for key, one in value.items()]}

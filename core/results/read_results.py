@@ -8,6 +8,7 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
+from ..city.build_ground import Lattice
 from ..city.classify import ORIENTATIONS, SMALLEST_ELIGIBLE_AREA
 from ..city.grid_cells import Outlines
 from ..city.racks import find_racked_roofs
@@ -112,14 +113,19 @@ def read_summary(path):
     return summary
 
 
-def site_of_results(folder, crs):
-    """Where the city of an earlier run stands: Site.
+def place_of_results(folder, crs):
+    """Where the city of an earlier run stands, and on which squares of generated ground.
 
     Parameters
     ----------
     folder : path-like
     crs : str or None
         Reference system that it must have.
+
+    Returns
+    -------
+    site : Site
+    lattice : Lattice or None
 
     Raises
     ------
@@ -129,11 +135,14 @@ def site_of_results(folder, crs):
     path = Path(folder) / "summary.json"
     if not path.is_file():
         raise InputError(path, "there is no such file", CURE)
-    found = read_summary(path)["input"]["site"]
-    site = Site(**found | {"origin": tuple(found["origin"])})
+    read = read_summary(path)["input"]
+    site = Site(**read["site"] | {"origin": tuple(read["site"]["origin"])})
     if site.crs != crs:
         raise InputError(path, "its city is in another reference system", "leave out --site-of")
-    return site
+    ground = read.get("ground_squares")
+    if ground is None:
+        return site, None
+    return site, Lattice(np.array(ground["low"]), np.array(ground["high"]), ground["step"], ground["patch_size"], site)
 
 
 def read_table(path, texts, numbers):

@@ -96,6 +96,10 @@ def describe_input(transfer, energy, scene):
             for one in list_findings(scene, transfer.covered_share)
         ]
         description["triangles"] = len(scene.triangles)
+        if scene.lattice is not None:
+            low, high, step, patch_size, _ = scene.lattice
+            squares = {"low": low.tolist(), "high": high.tolist(), "step": step, "patch_size": patch_size}
+            description["ground_squares"] = squares
         description["ground_triangles"] = int((surface_of_triangles(scene) < 0).sum())
     return description
 

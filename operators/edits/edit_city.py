@@ -56,7 +56,7 @@ class EditStep(OfCity, Step):
         base, before = session.base
         site = before.site
         city = edit_city(session.city, make_change(site, session.city.crs), site.convergence)
-        scene = stand_city(city, base.request, site=site)
+        scene = stand_city(city, base.request, like=base.leaf.prepared.scene)
         edited = edit_light(base, scene, progress)
         transfer = edited.transfer
         new = Session(city=city, scene=scene, base=(edited, transfer), transfer=transfer)
