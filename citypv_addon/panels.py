@@ -5,6 +5,7 @@ import bpy
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import STEPS, state_of_step
+from ..operators.in_place import describe_edit
 from ..operators.light.keep_transfer import describe_missing
 from ..operators.picture.build_legend import MOMENT
 from ..operators.picture.show_result import find_before, has_result
@@ -59,6 +60,10 @@ class MainPanel(_Panel, bpy.types.Panel):
         draw_step(self.layout, column, "citypv.solar_city", "LIGHT_SUN")
         if find_city(context.scene)[0] is None:
             column.operator("citypv.berlin_example", icon="WORLD")
+        edit, cure = describe_edit(find_city(context.scene)[0])
+        if edit:
+            told = f"Results are of before the last edit: {edit}; {cure}"
+            draw_sentence(self.layout.box().column(align=True), told, "ERROR")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         draw_lines(self.layout, context, "citypv_interrupted", icon="INFO")
         missing = describe_missing(find_city(context.scene)[0])

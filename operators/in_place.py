@@ -9,6 +9,7 @@ import hashlib
 import numpy as np
 
 from ..core.city.city import whole_of_cell
+from ..core.settings.errors import InputError
 from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
@@ -18,7 +19,11 @@ STAND_IN = PREFIX + "stand_in"
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
 METRES = PREFIX + "metres"  # of one unit of Blender's scene
 SHAPE, EDITED = PREFIX + "shape", PREFIX + "edited"  # properties of the city
-OF_CITY = (TAKEN, BUILDINGS, SEEN, METRES, SHAPE, EDITED)  # what a city has that replaces another one
+BESIDE, ADDED = (
+    PREFIX + "beside",
+    PREFIX + "added",
+)  # objects that were beside it, and what came or went since, in words
+OF_CITY = (TAKEN, BUILDINGS, SEEN, METRES, SHAPE, EDITED, BESIDE, ADDED)  # what a city has that replaces another one
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
 
 
@@ -77,6 +82,56 @@ def is_single(mesh):
 def remember_shape(city):
     """Store on a city the shape of the meshes that it is made of."""
     city[SHAPE], city[EDITED] = describe_shape(city), False
+
+
+def remember_beside(city):
+    """Store on a city which objects are seen beside it: they are not part of it, and what comes later is an edit."""
+    city[BESIDE], city[ADDED] = list_beside(city), ""
+
+
+def list_beside(city):
+    """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor made by CityPV."""
+    own, names = {item for _, item, _ in list_taken(city)}, set()
+    for scene in city.users_scene:
+        for item in scene.objects:
+            solid = (item.type == "MESH" and len(item.data.polygons)) or item.instance_collection is not None
+            if solid and PREFIX + "part" not in item and item not in own:
+                names |= {item.name} if item.visible_get(view_layer=scene.view_layers[0]) else set()
+    return sorted(names)
+
+
+def describe_added(city):
+    """What came beside a city or left it since it was imported or taken, in words; "" if nothing."""
+    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
+    if added:
+        return (
+            f"{added[0]}{f' and {len(added) - 1} more' if len(added) > 1 else ''} came beside it and is not part of it"
+        )
+    return "an object that it was taken from is gone" if len(list_taken(city)) < len(city.get(BUILDINGS, ())) else ""
+
+
+def describe_edit(city):
+    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if nothing."""
+    if city is None or not (city.get(ADDED) or city.get(EDITED)):
+        return "", ""
+    if is_in_place(city):
+        return city.get(ADDED) or "an object that it was taken from was edited", "undo that, or take the meshes again"
+    if city.get(ADDED):
+        return city[ADDED], "hide it, or import the city again to leave it out"
+    return "its mesh was edited", "undo that, or import the city again"
+
+
+def check_unedited(city):
+    """Refuse to compute on another geometry than what is seen.
+
+    Raises
+    ------
+    InputError
+        The city was edited, or an object came beside it.
+    """
+    problem, cure = describe_edit(city)
+    if problem:
+        raise InputError(city.name, problem, cure)
 
 
 def describe_shape(city):

@@ -7,7 +7,7 @@ import bpy
 from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
 from ..attributes import write_classes
-from ..in_place import OF_CITY, TAKEN, is_in_place, put_in_place, remember_shape, write_sources
+from ..in_place import OF_CITY, TAKEN, check_unedited, is_in_place, put_in_place, remember_shape, write_sources
 from ..job import COMPILING, compile_loops
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
@@ -32,6 +32,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the city, once its place on Earth is known."""
         city, ground = find_city(context.scene)
+        check_unedited(city)
         session, request = find_session(city), read_settings(context.scene.citypv)
         check_place(session.city, request)
         leave_edit_mode(context)

@@ -10,7 +10,7 @@ import bpy
 from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
-from ..in_place import list_taken, remember_shape
+from ..in_place import list_taken, remember_beside, remember_shape
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_city import show_city
 from ..result.keep_report import FILES, keep_report
@@ -146,6 +146,7 @@ def show_import(context, city, scene, findings, taken=()):
     open_session(item, Session(city=city))
     remember_step(item, "import", context.scene.citypv)
     remember_shape(item)
+    remember_beside(item)
     if not taken:
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)

@@ -11,7 +11,7 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
-from ..in_place import EDITED, is_in_place
+from ..in_place import describe_edit, is_in_place
 from ..job import threads_beside_window
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 
@@ -158,7 +158,7 @@ def state_of_step(city, step, settings):
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
         same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
-        if same and not (name == "import" and city.get(EDITED)):
+        if same and not (name == "import" and describe_edit(city)[0]):
             state = "done"
         if name == step:
             return state

@@ -32,7 +32,8 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
             raise InputError(self.name or "City", "there is no such city", f"give {' or '.join(cities)}")
         leave_edit_mode(context)
         chosen = cities[self.name]
-        for item in cities.values():
+        # The chosen one last: others may have coloured the same objects.
+        for item in sorted(cities.values(), key=lambda item: item == chosen):
             show_objects_of(item, visible=item == chosen)
         taken = is_in_place(chosen)
         if not taken and asked_path(chosen):

@@ -11,7 +11,17 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import BUILDINGS, METRES, SEEN, TAKEN, is_single, put_in_place, remember_shape, write_sources
+from ..in_place import (
+    BUILDINGS,
+    METRES,
+    SEEN,
+    TAKEN,
+    is_single,
+    put_in_place,
+    remember_beside,
+    remember_shape,
+    write_sources,
+)
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city
 
@@ -57,6 +67,7 @@ class TakeMeshes(Step, bpy.types.Operator):
         put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
         remember_shape(item)
+        remember_beside(item)
         return text
 
 

@@ -3,7 +3,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from ..in_place import EDITED, SHAPE, describe_shape, is_in_place, list_taken
+from ..in_place import ADDED, EDITED, SHAPE, describe_added, describe_shape, is_in_place, list_taken
 from ..light.keep_transfer import keep_transfers
 from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
@@ -15,6 +15,8 @@ from ..session import close_sessions, list_cities, part_sessions
 def follow_undo(scene, *_):
     """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
     match_view(bpy.context)
+    for city in list_cities(scene):
+        note_change(city, ADDED, describe_added(city))
 
 
 @persistent
@@ -26,16 +28,23 @@ def follow_edits(scene, graph):
         part_sessions(sorted(cities, key=lambda city: city.session_uid))
     updates = [update for update in graph.updates if update.is_updated_geometry or update.is_updated_transform]
     touched = {update.id.original for update in updates}
-    for city in list_cities(scene) if touched else ():
+    for city in list_cities(scene):
+        note_change(city, ADDED, describe_added(city))
+        if not touched:
+            continue
         own = [item for _, item, _ in list_taken(city)] if is_in_place(city) else [city]
         if SHAPE not in city or not touched & {part for item in own for part in (item, item.data)}:
             continue
         if any(item.mode == "EDIT" for item in own):
             continue
-        edited = describe_shape(city) != city[SHAPE]
-        if edited != bool(city.get(EDITED)):
-            city[EDITED] = edited
-            redraw_panels(bpy.context, views=True)
+        note_change(city, EDITED, describe_shape(city) != city[SHAPE])
+
+
+def note_change(city, key, value):
+    """Store on a city what was edited, where that is news; panels and legend tell it."""
+    if value != city.get(key, type(value)()):
+        city[key] = value
+        redraw_panels(bpy.context, views=True)
 
 
 HANDLERS = (

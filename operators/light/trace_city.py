@@ -10,6 +10,7 @@ from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import read_settings, remember_step
+from ..in_place import check_unedited
 from ..job import COMPILING, compile_loops
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
@@ -29,6 +30,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the scene and the settings."""
         city, ground = find_city(context.scene)
+        check_unedited(city)
         session = find_session(city)
         leave_edit_mode(context)
         remember_materials(city, ground, session)

@@ -5,8 +5,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..attributes import PREFIX, RESULTS, write_face_attribute
+from ..attributes import CHANGE, PREFIX, RESULTS, write_face_attribute
 from ..city.build_meshes import remove_objects
+from ..in_place import describe_edit
 from .colour_faces import MATERIAL, build_plain_material
 
 INK = "23282d"
@@ -58,9 +59,11 @@ def build_legend(scene, camera, scale, note=""):
 
 
 def note_of(city, attribute):
-    """Weather or moment that an attribute belongs to, as text; "" for attributes that depend on neither."""
+    """What is to be read beside an attribute's colours: whether they are of an earlier state, weather, moment, grey."""
     owner = RESULTS[attribute].owner if attribute in RESULTS else ""
-    return city.get(NOTES[owner], "") if owner in NOTES else ""
+    earlier = "before the last edit" if describe_edit(city)[0] else ""
+    grey = "grey: new, or below two standard errors" if attribute == CHANGE + "full_load_hours" else ""
+    return "; ".join(filter(None, (earlier, city.get(NOTES[owner], "") if owner in NOTES else "", grey)))
 
 
 class _Page:

@@ -10,6 +10,7 @@ from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.read_materials import remember_materials
 from ..in_place import is_in_place
+from ..result.select_faces import HIGHLIGHT
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
 from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
@@ -42,6 +43,7 @@ def show_result(context, city, ground, attribute):
         The faces do not have this result.
     """
     settings = context.scene.citypv
+    city.pop(HIGHLIGHT, None)  # of what was selected or probed on another map
     # Ends that were given for another result mean nothing for this one.
     own = not settings.auto_range and city.get(PREFIX + "colour_attribute") == attribute
     ends = {"low": settings.low, "high": settings.high} if own else {}

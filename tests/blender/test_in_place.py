@@ -9,7 +9,8 @@ from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.edits.watch_edits import follow_undo
-from citypv.operators.in_place import is_seen, list_taken
+from citypv.operators.in_place import describe_edit, is_seen, list_taken
+from citypv.operators.picture.build_legend import note_of
 from citypv.operators.result.probe_faces import hit_face
 from citypv.operators.session import find_session, list_cities
 
@@ -146,6 +147,57 @@ def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
     assert states() == ["done"] * 2
     town["Row"].modifiers[0].count = 3
     assert states() == ["stale"] * 2
+
+
+def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_file):
+    """It is refused to compute on another geometry than what is seen; what was there before is left out knowingly."""
+    town["Row"].select_set(False)
+    city = run("take_meshes", "classify")
+
+    def told():
+        bpy.context.view_layer.update()
+        edit, stale = describe_edit(city)[0], state_of_step(city, "classify", addon) == "stale"
+        assert bool(edit) == stale == note_of(city, "kind").startswith("before the last edit")
+        return edit
+
+    assert told() == ""
+    tower = add_box("Tower", (160, 0, 3))
+    assert told() == "Tower came beside it and is not part of it"
+    for step in ("classify", "trace"):
+        with pytest.raises(RuntimeError, match=r"Tower came beside it .* take the meshes again"):
+            getattr(bpy.ops.citypv, step)()
+    tower.hide_set(True)
+    assert told() == ""
+    bpy.context.scene.collection.objects.unlink(town["House"])
+    assert told() == "an object that it was taken from is gone"
+    bpy.context.scene.collection.objects.link(town["House"])
+    assert told() == ""
+    city = run("import_city", "classify", city_path=str(city_file), own_place=False)
+    assert told() == ""
+    tower.hide_set(False)
+    assert told() == "Tower came beside it and is not part of it"
+    city = run("import_city", "classify")
+    assert told() == ""
+    city.data.vertices[0].co.z += 1
+    city.data.update()
+    assert told() == "its mesh was edited"
+    with pytest.raises(RuntimeError, match="its mesh was edited; undo that, or import the city again"):
+        bpy.ops.citypv.trace()
+
+
+def test_cities_of_the_same_objects_have_their_own_colours(addon, town):
+    run("take_meshes", "classify")
+    every = here()
+    for item in town.values():
+        item.select_set(item.name == "House")
+    alone = run("take_meshes", "classify")
+    addon.attribute = "orientation"
+    shown = {}
+    for city in (alone, every, alone, every):
+        assert bpy.ops.citypv.switch_city(name=city.name) == {"FINISHED"}
+        colours = colours_of(town["House"].data)
+        np.testing.assert_array_equal(colours, shown.setdefault(city.name, colours))
+    assert not np.array_equal(shown[alone.name], shown[every.name])
 
 
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):

@@ -30,6 +30,10 @@ def test_a_face_tells_what_its_surface_is_and_yields(city):
     assert number(words["Azimuth"]) == pytest.approx(180 - 1.27, abs=0.06)  # grid north is not true north
     assert number(words["Full load hours"]) == pytest.approx(session.energy.full_load_hours[row], abs=0.51)
     assert "±" in words["Full load hours"]
+    # What was probed is highlighted until another map is shown.
+    assert city["citypv_highlight"]
+    bpy.context.scene.citypv.attribute = "kind"
+    assert "citypv_highlight" not in city
     months = sum(number(words[name]) for name in MONTHS)
     assert months == pytest.approx(number(words["Energy"]), abs=0.07)
     assert number(words["Energy"]) == pytest.approx(
