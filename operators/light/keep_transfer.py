@@ -7,8 +7,9 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
+from ...core.settings.progress import silent
 from ..attributes import PREFIX
-from ..city.read_settings import read_settings
+from ..city.read_settings import read_settings, state_of_step
 from ..session import KEPT, Session, find_city, find_session, list_cities, open_session
 
 HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
@@ -94,6 +95,45 @@ def describe_missing(city):
         return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
 import and trace again"
     return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
+
+
+def recall_energy(session, path, request, progress=silent):
+    """Weather and energy of a session; where the file was opened since, of its kept light: Weather, Energy.
+
+    Raises
+    ------
+    InputError
+        The file with the light is missing or damaged, or the weather cannot be read.
+    """
+    from ...core.study import check_settings, compute_energy, read_year
+
+    check_settings(request)
+    read_kept(session, path)
+    if session.energy is not None:
+        return session.weather, session.energy
+    progress("reading weather", 0, 1, "years")
+    weather = read_year(session.transfer.site, request, session.transfer.suns)
+    return weather, compute_energy(session.transfer, weather, request, progress)
+
+
+def keep_energy(session, path, request, progress=silent):
+    """Bring the energy into a session that has none: parameters and errors as of `recall_energy`."""
+    if session.energy is None:
+        session.weather, session.energy = recall_energy(session, path, request, progress)
+        session.request = request
+
+
+class OfEnergy:
+    """Base of operators that need a city with its energy, of this session or of before the file was saved."""
+
+    @classmethod
+    def poll(cls, context):
+        """The energy is known, or can be computed again with the settings that it had."""
+        city, settings = find_city(context.scene)[0], context.scene.citypv
+        cls.poll_message_set(describe_missing(city) or "Compute the energy first")
+        if getattr(find_session(city), "energy", None) is not None:
+            return True
+        return city is not None and has_transfer(city) and state_of_step(city, "energy", settings) == "done"
 
 
 class OfTransfer:

@@ -9,7 +9,7 @@ from mathutils import Vector
 
 from ..attributes import PREFIX, read_face_attribute, remove_face_attributes, write_results, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
-from ..light.keep_transfer import OfTransfer, read_kept
+from ..light.keep_transfer import OfTransfer, recall_energy
 from ..run_step import Action, Step
 from ..session import find_city, find_own_city, find_session
 from .build_legend import MOMENT
@@ -39,16 +39,9 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         from ...core.energy.pv_system import build_system
         from ...core.energy.timeline import build_timeline
         from ...core.results.colour_map import choose_range
-        from ...core.study import check_settings, compute_energy, read_year
 
         session, kept, request = task
-        check_settings(request)
-        read_kept(session, kept)
-        weather, energy = session.weather, session.energy
-        if energy is None:
-            progress("reading weather", 0, 1, "years")
-            weather = read_year(session.transfer.site, request, session.transfer.suns)
-            energy = compute_energy(session.transfer, weather, request, progress)
+        weather, energy = recall_energy(session, kept, request, progress)
         progress("hours of the months", 0, 1, "months")
         system = build_system(session.request or request)
         timeline = build_timeline(session.transfer, weather, energy, system)

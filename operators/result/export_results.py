@@ -8,8 +8,10 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..run_step import OfCity, Step
-from ..session import find_city, find_session
+from ..city.read_settings import read_settings
+from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
+from ..run_step import Step
+from ..session import find_city
 
 FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
     "faces": ("faces.csv", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
@@ -24,12 +26,11 @@ FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
 SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 
 
-class ExportResults(OfCity, Step, bpy.types.Operator):
+class ExportResults(OfEnergy, Step, bpy.types.Operator):
     """Write the results of the city to a file"""
 
     bl_idname, bl_label = "citypv.export", "Export"
     bl_options = {"REGISTER"}
-    needs, lacking = "energy", "Compute the energy first"
 
     format: bpy.props.EnumProperty(name="Format", description="What is written", items=FORMATS)
     filepath: bpy.props.StringProperty(
@@ -56,19 +57,21 @@ class ExportResults(OfCity, Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the results and the path."""
-        session = find_session(find_city(context.scene)[0])
+        city, _ = find_city(context.scene)
+        session = reopen_session(city)
         if self.format in SHAPES and (session.city is None or session.scene is None):
             problem = "needs the geometry, which is not in this file"
             raise InputError(FILES[self.format][0], problem, "import and trace again")
         path = Path(bpy.path.abspath(self.filepath)) if self.filepath else suggest_path(self.format)
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
-        return session, self.format, path
+        return session, (find_kept(city), read_settings(context.scene.citypv)), self.format, path
 
     @staticmethod
     def work(task, progress):
         """Write it."""
-        session, name, path = task
+        session, kept, name, path = task
+        keep_energy(session, *kept, progress)
         try:
             write_results(session, name, path, progress)
         except OSError as error:

@@ -9,9 +9,11 @@ from mathutils.bvhtree import BVHTree
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
+from ..city.read_settings import read_settings
 from ..in_place import STAND_IN, is_in_place, list_taken
-from ..run_step import Action, OfCity, leave_edit_mode, list_views
-from ..session import find_city, find_session
+from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
+from ..run_step import Action, leave_edit_mode, list_views
+from ..session import find_city
 from .select_faces import gather_selection, select_faces
 
 PROBE = PREFIX + "probe"
@@ -24,12 +26,10 @@ CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
 MOST = 1000  # surfaces whose hours are computed for the day curve
 
 
-class ProbeFaces(OfCity, Action, bpy.types.Operator):
+class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
     """Click on a face to see what its surface yields; with Shift, its whole building. Esc ends"""
 
     bl_idname, bl_label = "citypv.probe", "Probe"
-    needs, lacking = "energy", "Compute the energy first"
-
     face: bpy.props.IntProperty(
         name="Face", description="Number of the face; -1: all selected faces together", default=-1, min=-1
     )
@@ -60,7 +60,8 @@ class ProbeFaces(OfCity, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Select the surfaces, and store what they yield on the city."""
-        session, selected = find_session(city), gather_selection(context, city)
+        session, selected = reopen_session(city), gather_selection(context, city)
+        keep_energy(session, find_kept(city), read_settings(context.scene.citypv))
         rows = find_surfaces(city, self.face, selected, whole=self.whole)
         charts = chart_surfaces(session, rows)
         months = [f"{name}|{value:,.2f} MWh" for name, value in zip(MONTHS, charts[:12].tolist(), strict=True)]

@@ -43,6 +43,28 @@ def test_another_weather_and_module_after_reopening(saved):
     assert city["citypv_colour_attribute"] == "diffuse_relative"
 
 
+def test_probe_and_exports_after_reopening(saved, tmp_path):
+    """They tell the same as before, without a click on Energy; where its settings have changed, they ask for it."""
+    path, _ = saved
+    faces = [tmp_path / "before.csv", tmp_path / "after.csv"]
+    told = []
+    for target in faces:
+        assert bpy.ops.citypv.export(format="faces", filepath=str(target)) == {"FINISHED"}
+        bpy.ops.citypv.probe(face=9, whole=True)
+        told.append(list(here()["citypv_probe"]))
+        assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "report.html")) == {"FINISHED"}
+        reopen(path)
+    assert faces[0].read_bytes() == faces[1].read_bytes()
+    assert told[0] == told[1]
+    assert "Full load hours by kind" in (tmp_path / "report.html").read_text("utf-8")
+    bpy.ops.citypv.probe(face=9)
+    reopen(path)
+    bpy.context.scene.citypv.weather = "clear-sky"
+    for operator in (bpy.ops.citypv.probe, bpy.ops.citypv.export):
+        with pytest.raises(RuntimeError, match="Compute the energy first"):
+            operator()
+
+
 def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
     path, hours = saved
     reopen(path)

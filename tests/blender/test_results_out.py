@@ -39,6 +39,7 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
         monkeypatch.delitem(sys.modules, name)
     assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "plain.html")) == {"FINISHED"}
     plain = (tmp_path / "plain.html").read_text("utf-8")
+    assert 'id="city-data"' in plain  # the city in 3D
     assert "no pictures" in plain and "data:image" not in plain and "Full load hours by kind" in plain
 
     # The best buildings are those of buildings.csv, in its order of energy.
