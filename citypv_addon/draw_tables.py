@@ -23,6 +23,7 @@ def draw_probed(layout, context):
     """Show what was probed, the months as bars."""
     city, _ = find_city(context.scene)
     rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
+    rows = [(name, show_end(value, 24) if name == "Building" else value) for name, value in rows]
     draw_cells(layout, [("Probed", "")] + [row for row in rows if row[0] not in MONTHS] if rows else [])
     charts = read_charts(city)
     if not rows or charts is None:
@@ -41,9 +42,9 @@ def draw_best(layout, context):
     if not best:
         return
     head, body = layout.panel("citypv_best", default_closed=True)
-    head.label(text="Best buildings")
+    head.label(text="Best buildings, per year")
     if body:
-        draw_buildings(body, ("kWp", "MWh a year"), best)
+        draw_buildings(body, ("kWp", "MWh"), best)
 
 
 def draw_changed(layout, context):

@@ -84,10 +84,20 @@ class _Step(_Panel):
             self.layout.label(text=state, icon=STATES[state])
 
 
+class _Result(_Panel):
+    bl_parent_id = "CITYPV_PT_main"
+
+    @classmethod
+    def poll(cls, context):
+        """There are results: before, the steps stand first."""
+        city, _ = find_city(context.scene)
+        return city is not None and has_result(city, "diffuse_relative")
+
+
 class ImportPanel(_Step, bpy.types.Panel):
     """Import."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_import", "1  Import", 1
+    bl_idname, bl_label, bl_order = "CITYPV_PT_import", "1  Import", 4
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -105,7 +115,7 @@ class ImportPanel(_Step, bpy.types.Panel):
 class ClassifyPanel(_Step, bpy.types.Panel):
     """Classify."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_classify", "2  Classify", 2
+    bl_idname, bl_label, bl_order = "CITYPV_PT_classify", "2  Classify", 5
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -122,7 +132,7 @@ class ClassifyPanel(_Step, bpy.types.Panel):
 class TracePanel(_Step, bpy.types.Panel):
     """Trace."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_trace", "3  Trace", 3
+    bl_idname, bl_label, bl_order = "CITYPV_PT_trace", "3  Trace", 6
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -153,7 +163,7 @@ class TracePanel(_Step, bpy.types.Panel):
 class EnergyPanel(_Step, bpy.types.Panel):
     """Energy."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_energy", "4  Energy", 4
+    bl_idname, bl_label, bl_order = "CITYPV_PT_energy", "4  Energy", 7
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -172,10 +182,10 @@ class EnergyPanel(_Step, bpy.types.Panel):
         draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")
 
 
-class ProbePanel(_Step, bpy.types.Panel):
+class ProbePanel(_Result, bpy.types.Panel):
     """Probe."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_probe", "Probe", 6
+    bl_idname, bl_label, bl_order = "CITYPV_PT_probe", "Probe", 2
 
     def draw(self, context):
         """Show what the probed surfaces yield."""
@@ -185,10 +195,10 @@ class ProbePanel(_Step, bpy.types.Panel):
         draw_probed(self.layout, context)
 
 
-class ResultsPanel(_Step, bpy.types.Panel):
+class ResultsPanel(_Result, bpy.types.Panel):
     """Best buildings and exports."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 9
+    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 0
 
     def draw(self, context):
         """Show the best buildings, and what can be written."""
@@ -201,7 +211,7 @@ class ResultsPanel(_Step, bpy.types.Panel):
 class ColourPanel(_Step, bpy.types.Panel):
     """Colour."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_colour", "5  Colour", 5
+    bl_idname, bl_label, bl_order = "CITYPV_PT_colour", "5  Colour", 8
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -218,11 +228,10 @@ class ColourPanel(_Step, bpy.types.Panel):
         column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
 
 
-class TimelinePanel(_Panel, bpy.types.Panel):
+class TimelinePanel(_Result, bpy.types.Panel):
     """Timeline."""
 
-    bl_parent_id = "CITYPV_PT_main"
-    bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 7
+    bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 3
 
     def draw(self, context):
         """Show the button, and the moment of the frame."""
@@ -238,11 +247,10 @@ class TimelinePanel(_Panel, bpy.types.Panel):
         column.operator("citypv.stop_timeline", icon="X")
 
 
-class ComparePanel(_Panel, bpy.types.Panel):
+class ComparePanel(_Result, bpy.types.Panel):
     """Before and after."""
 
-    bl_parent_id = "CITYPV_PT_main"
-    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 8
+    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 1
 
     def draw(self, context):
         """Show the buttons, and the totals of both results."""

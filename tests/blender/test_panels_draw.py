@@ -80,6 +80,18 @@ def test_long_ids_show_their_ends():
     assert show_end("UUID_1f8a3c5e-0f3d-77ad00c1e2f9", 8) == "…0c1e2f9"
 
 
+def test_results_stand_first_once_there_are_some(addon, city_file):
+    def seen():
+        shown = [panel for panel in PANELS[1:] if not hasattr(panel, "poll") or panel.poll(bpy.context)]
+        return [panel.bl_label for panel in sorted(shown, key=lambda panel: panel.bl_order)]
+
+    steps = ["1  Import", "2  Classify", "3  Trace", "4  Energy", "5  Colour"]
+    run("import_city", "classify", city_path=str(city_file))
+    assert seen() == steps
+    run("trace", samples=16, shadow_samples=2, days=1)
+    assert seen() == ["Results", "Before and after", "Probe", "Timeline", *steps]
+
+
 def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert "Choose a city, or drop its file here" in draw_all()
     for step in ("import_city", "classify", "trace", "energy"):
