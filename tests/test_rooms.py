@@ -111,8 +111,9 @@ def test_versions_agree():
     manifest = tomllib.loads(read_text("blender_manifest.toml"))
     (version,) = (path for path in list_scripts("core") if path.name == "version.py")
     stated = re.search(r'^__version__ = "(.+)"$', read_text(version), re.MULTILINE)
-    changes = re.search(r"^## (.+)$", read_text("CHANGELOG.md"), re.MULTILINE)
+    changes = re.split(r"^## (.+)$", read_text("CHANGELOG.md"), flags=re.MULTILINE)
     assert project["version"] == manifest["version"] == stated[1] == changes[1]
+    assert re.findall("^### (.+)$", changes[2], re.MULTILINE) == ["Added", "Changed", "Fixed"]
 
 
 def test_every_file_is_one_finished_idea():
