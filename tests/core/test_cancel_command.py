@@ -12,7 +12,7 @@ import pytest
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.commands import simulate
+from citypv.core.commands import simulate, write_run
 from citypv.core.light import sun_blocks
 
 TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
@@ -49,13 +49,14 @@ def interrupt(monkeypatch, moment):
 
         monkeypatch.setattr(sun_blocks.SunProgress, "end", stop)
         return
-    stage = getattr(simulate, moment)
+    room = simulate if hasattr(simulate, moment) else write_run
+    stage = getattr(room, moment)
 
     def stop_before(*arguments, **more):
         signal.raise_signal(signal.SIGINT)
         return stage(*arguments, **more)
 
-    monkeypatch.setattr(simulate, moment, stop_before)
+    monkeypatch.setattr(room, moment, stop_before)
 
 
 @pytest.mark.usefixtures("small_blocks")

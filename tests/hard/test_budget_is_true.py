@@ -71,14 +71,15 @@ def energy_of(scene, suns, weather, request):
 
 
 def count_within(found, known):
-    """How many surfaces and groups lie within their band of what is known, and how many there are: four int."""
+    """How many surfaces and groups lie within their band of what is known, and how many there are: four int; and the sum
+    of the groups' squared deviations over their errors."""
     band, lit = stats.t.ppf((1 + LEVEL) / 2, FREEDOM), find_lit(found) & find_lit(known)
     error = np.hypot(found.full_load_hours_standard_error, known.full_load_hours_standard_error)[lit]
     inside = np.abs(found.full_load_hours - known.full_load_hours)[lit] <= band * error
     error_means = np.hypot(found.group_standard_error, known.group_standard_error)
     mean, true = (one.capacity_factor.sum(axis=0) * one.interval.total_seconds() / 3600 for one in (found, known))
-    inside_means, noisy = np.abs(mean / found.years - true / known.years) <= band * error_means, error > 1e-6
-    return inside[noisy].sum(), noisy.sum(), inside_means.sum(), len(mean)
+    deviation, noisy = np.abs(mean / found.years - true / known.years) / error_means, error > 1e-6
+    return inside[noisy].sum(), noisy.sum(), (deviation <= band).sum(), len(mean), (deviation**2).sum()
 
 
 def share_within(name, request, *light):
@@ -95,11 +96,13 @@ def random_request(generator):
     )
 
 
-def assert_shares(found, most_of_groups=0.99):
-    """Surfaces from 90 to 99 % of the time; of groups there are few, and they share their noise."""
-    inside, count, inside_means, groups = np.sum(found, axis=0)
+def assert_shares(found):
+    """Surfaces from 90 to 99 % of the time; of groups there are few, and they share their noise: they scatter by their
+    errors, or by up to √3 of them, as errors from four replicates make them."""
+    inside, count, inside_means, groups, squares = np.sum(found, axis=0)
     assert 0.90 <= inside / count <= 0.99
-    assert 0.90 <= inside_means / groups <= most_of_groups
+    assert inside_means / groups >= 0.90
+    assert 0.8 <= np.sqrt(squares / groups) <= np.sqrt(3)
 
 
 @pytest.mark.slow
@@ -109,7 +112,7 @@ def test_other_suns_albedos_and_reflections_hold():
         generator = np.random.default_rng(100 + number)
         requests = (with_light(random_request(generator), *light) for _ in range(4))
         found += [share_within("street", one, way, tuple(light)) for one in requests]
-    assert_shares(found, 1.0)
+    assert_shares(found)
 
 
 @pytest.mark.slow

@@ -30,10 +30,11 @@ pytestmark = pytest.mark.slow
 
 
 def groups_of(surfaces, alone):
-    """Names and members of the groups; of roofs those that lie alone and those that do not."""
+    """Names and members of the groups: quarters of the facades' azimuths; roofs that lie alone, and others."""
+    quarter = np.round(surfaces.surface_azimuth / 90).astype(int) % 4
     groups = {
-        f"facade {side}": (surfaces.kind == "facade") & (surfaces.orientation == side)
-        for side in ("north", "east", "south", "west")
+        f"facade {side}": (surfaces.kind == "facade") & (quarter == number)
+        for number, side in enumerate(("north", "east", "south", "west"))
     }
     roof = np.isin(surfaces.kind, ("flat", "roof", "steep"))
     groups |= {"roof": roof & alone, "shared roof": roof & ~alone}
