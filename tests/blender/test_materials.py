@@ -98,7 +98,7 @@ def test_another_colour_counts_at_the_next_trace_and_one_value_leaves_materials_
     session = session_here()
     mean, error = light_of_wall(session)
     assert abs(mean - 0.9) < 4 * error + 2e-3
-    run("trace", albedo_source="one", albedo=0.4)
+    run("trace", albedo_source="one", ground_albedo=0.4)
     mean, error = light_of_wall(session)
     assert abs(mean - 0.7) < 4 * error + 2e-3
     assert session.transfer.record.request["materials"] == {}
@@ -109,10 +109,10 @@ def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon)
     texture = material.node_tree.nodes.new("ShaderNodeTexImage")
     material.node_tree.links.new(texture.outputs["Color"], find_shader(material).inputs["Base Color"])
     add_wall_and_ground(material)
-    mean, error = light_of_wall(trace(addon, albedo=0.5))
+    mean, error = light_of_wall(trace(addon, ground_albedo=0.5))
     assert abs(mean - 0.75) < 4 * error + 2e-3
     item = here()
-    assert list(item["citypv_albedos"]) == ["one value|0.500|2"]
+    assert list(item["citypv_albedos"]) == ["one value|0.250|1", "ground|0.500|1"]
     assert item["citypv_unread"] == "Materials without a known albedo: photograph"
     assert describe_material(material).startswith("One value: a texture")
 

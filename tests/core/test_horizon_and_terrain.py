@@ -1,11 +1,12 @@
 """The same raster as terrain of the model and as its horizon: what the model holds does not count twice."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
-from scenes import run_gather
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.trace_gather import trace_gather
@@ -61,7 +62,7 @@ def test_walls_lose_what_they_lose_behind_the_terrain_alone(raster, city):
     suns = hourly_suns(weather.data.index[::400], weather.interval, weather.latitude, weather.longitude)
     request = Request(samples=1024, shadow_samples=16, max_bounces=0, threads=1)
     alone = trace_gather(scene, suns, request, silent)
-    found = run_gather(scene, suns, **vars(request) | {"horizon": str(raster)})
+    found = trace_gather(scene, suns, replace(request, horizon=str(raster)), silent)
     wall = alone.surfaces.kind == "facade"
     facing = alone.surfaces.orientation[wall]
     lost = 1 - found.sky_view_factor[wall] / alone.sky_view_factor[wall]

@@ -71,8 +71,8 @@ def energy_of(scene, suns, weather, request):
 
 
 def count_within(found, known):
-    """How many surfaces and groups lie within their band of what is known, and how many there are: four int; and the sum
-    of the groups' squared deviations over their errors."""
+    """How many surfaces and groups lie within their band of what is known, and how many there are: four int; and the
+    sum of the groups' squared deviations over their errors."""
     band, lit = stats.t.ppf((1 + LEVEL) / 2, FREEDOM), find_lit(found) & find_lit(known)
     error = np.hypot(found.full_load_hours_standard_error, known.full_load_hours_standard_error)[lit]
     inside = np.abs(found.full_load_hours - known.full_load_hours)[lit] <= band * error

@@ -60,4 +60,4 @@ def test_whole_errors_hold_on_four_scenes():
     for number, name in enumerate(SCENES):
         generator = np.random.default_rng(50 + number)
         found += [share_within(name, generator) for _ in range(draw_count(30, 3))]
-    assert_shares(found, 1.0)
+    assert_shares(found)
