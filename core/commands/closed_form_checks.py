@@ -8,7 +8,8 @@ from pvlib.temperature import sapm_cell
 from ..energy.pv_system import thermal_parameters
 from ..light.solve_radiosity import radiosity_factor, solve_radiosity
 from ..light.trace_gather import trace_gather
-from ..light.trace_hemisphere import trace_hemisphere
+from ..light.trace_hemisphere import trace_rows
+from ..light.traced import RayCity, empty_traced
 from ..patches.patches import patches_of_scene
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES
@@ -118,14 +119,14 @@ def canyon(bounces, samples=8192, strips=40):
     return mean_of(transfer, np.arange(8 * strips, 12 * strips)), mean_of(transfer, street)
 
 
-def hemisphere_of(scene, albedo, samples):
-    """Patches of a scene and their hemisphere rays."""
+def hemisphere_of(scene, albedo, samples, *, cover=True):
+    """Patches of a scene and their hemisphere rays; `cover` as of RayCity."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
-    every = np.ones(len(patches), bool)
-    ray_scene = RayScene(scene.vertices, scene.triangles)
-    return patches, trace_hemisphere(
-        ray_scene, patches, every, sample_count=samples, reflections=True, threads=1, progress=silent
-    )
+    city = RayCity(ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, cover=cover)
+    found = empty_traced(city)
+    for part in trace_rows(city, np.arange(len(patches)), samples):
+        found.put(part)
+    return patches, found
 
 
 def furnace(albedo, bounces):
@@ -138,7 +139,7 @@ def furnace(albedo, bounces):
     float
         0: there is no noise if every ray hits a face.
     """
-    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024)
+    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, cover=False)
     first = np.ones((len(patches), 1), np.float32)
     factor = radiosity_factor(patches, hemisphere.covered_share)
     reflected, _, _ = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)

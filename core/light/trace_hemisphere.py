@@ -95,7 +95,8 @@ def trace_rows(city, rows, samples):
 def trace_part(city, chosen, sequence):
     """What the rays of some patches, (m,) int, with the same points in each replicate, meet: RowLight."""
     ray_scene, patches = city.ray_scene, city.patches
-    covered = find_covered_cells(ray_scene, patches, chosen)
+    none = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
+    covered = find_covered_cells(ray_scene, patches, chosen) if city.cover else none
     dark = covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)

@@ -161,7 +161,10 @@ def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
     if sky == "perez":
         errors = np.array(KEPT_ERRORS.split(), float)
         np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
-    assert transfer.notes == ("has no checksums (version 0.2.0 wrote none): damage would not be noticed",)
+    assert [note.split(" (version 0.2.0")[0] for note in transfer.notes] == [
+        "has no checksums",
+        "does not tell where modules have no room",
+    ]
     assert transfer.leaf_months == (5, 6, 7, 8, 9, 10)
     assert transfer.surfaces.surface_id[1] == "a_south" and transfer.site.crs == "EPSG:25833"
 
