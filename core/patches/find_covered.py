@@ -24,6 +24,7 @@ from .cover_cells import (
 from .fates_of_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
 from .inside_test import (
     CONTACT,
+    MANY_TURNS,
     RAYS,
     STRAY_RAYS,
     find_touching,
@@ -67,7 +68,8 @@ def find_covered_cells(ray_scene, patches, chosen):
     suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))
     middle = np.full(len(shut), 1 / 3, np.float32)
     keys = mix(patches.place_key[chosen[shut]] ^ np.uint64(0xC105ED))
-    suspected[shut] = lie_inside(ray_scene, patches, HitPlaces(chosen[shut], middle, middle), keys)
+    places = HitPlaces(chosen[shut], middle, middle)
+    suspected[shut] = lie_inside(ray_scene, patches, places, keys, turns=MANY_TURNS)
     suspect = np.flatnonzero(suspected)
     if len(suspect):
         starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))

@@ -20,6 +20,7 @@ from .fates_of_rays import meets_back
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 TURNS = 32  # most faces that a ray goes on from
+MANY_TURNS = 200  # before a place counts as closed: of a shaft 50 times as deep as wide one turn in a hundred leaves
 FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along a face
 CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
@@ -39,7 +40,7 @@ def judge_ends(backs, skies, below):
     return (2 * backs > RAYS) & (skies <= STRAY_RAYS) | (skies + below == 0)
 
 
-def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
+def lie_inside(ray_scene, patches, places, keys, ahead=0.0, *, turns=TURNS):
     """Whether some points of patches lie inside something, by RAYS rays from each that go on from fronts: (k,) bool.
 
     Parameters
@@ -50,10 +51,12 @@ def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
         Of random numbers.
     ahead : float [m]
         From the points to where their rays begin, such as CONTACT behind a face that looks back.
+    turns : int
+        As of `follow`.
     """
     point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((3, len(keys)), np.int64)
     step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
-    follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step)
+    follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step, turns=turns)
     return judge_ends(*ends)
 
 
@@ -62,8 +65,8 @@ def number_rays(keys):
     return mix(keys[:, None] + np.arange(1, RAYS + 1).astype(np.uint64) * GOLDEN)
 
 
-def follow(ray_scene, patches, rays, ends, ahead=0):
-    """Rays go on from fronts until they meet a back or leave, at most TURNS times.
+def follow(ray_scene, patches, rays, ends, ahead=0, *, turns=TURNS):
+    """Rays go on from fronts until they meet a back or leave, at most so many times.
 
     Parameters
     ----------
@@ -79,7 +82,7 @@ def follow(ray_scene, patches, rays, ends, ahead=0):
         From each place to where its ray starts.
     """
     (triangle, b1, b2), point, keys = rays
-    for turn in range(TURNS):
+    for turn in range(turns):
         u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
         local = tuple(part[:, None] for part in flat_direction(u, v))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)

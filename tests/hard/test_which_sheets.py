@@ -104,7 +104,7 @@ def test_footprints_and_sheets_of_real_files():
     turned.triangles[rows] = turned.triangles[rows][:, ::-1]
     own = OwnRays(turned, patches_of_scene(turned, np.zeros(len(turned.triangles)), 0).offset)
     assert own.shares(rows, 64, 16, np.random.default_rng(1))[..., BACK].mean(axis=1).max() < 0.4
-    assert any("no thickness" in note for note in scene.report.notes)
+    assert any("without thickness" in note for note in scene.report.notes)
 
 
 @pytest.mark.slow
