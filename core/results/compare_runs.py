@@ -21,7 +21,7 @@ from .read_results import CURE, Results, read_results, read_table
 TEXTS = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
 YIELDS = ["mwh_per_hour", "full_load_hours", "full_load_hours_error", "mwh", "mwh_error"]  # of `yields_of`
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
-GROUPS = ("weather", "electricity", "sky")  # of settings that have to agree
+GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have to agree
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant

@@ -86,6 +86,8 @@ def test_files_and_page(before, after, folder, capfd):
 
 
 def test_only_the_city_may_differ(before, folder):
+    with pytest.raises(citypv.InputError, match="differ in --sectors; compute both"):
+        citypv.compare(before, before.with_weather("clear-sky", sectors="paper"))
     other = before.with_weather("clear-sky", losses=3.0, year=2019)
     with pytest.raises(
         citypv.InputError, match=r"differ in the weather, the hours, --losses, --year; compute both with the same"
