@@ -117,7 +117,7 @@ def describe_edit(city):
     if is_in_place(city):
         return city.get(ADDED) or "an object that it was taken from was edited", "undo that, or take the meshes again"
     if city.get(ADDED):
-        return city[ADDED], "hide it, or import the city again to leave it out"
+        return city[ADDED], "add it to the city, hide it, or import the city again"
     return "its mesh was edited", "undo that, or import the city again"
 
 

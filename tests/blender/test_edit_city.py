@@ -7,6 +7,7 @@ from steps import add_box, here, run, session_here
 
 from citypv.core.light.editable_city import prepare_decided
 from citypv.core.study import stand_city, trace_scene
+from citypv.operators.in_place import describe_edit
 from citypv.operators.picture.show_result import find_before
 
 
@@ -31,7 +32,10 @@ def test_a_tower_beside_the_city_joins_it(traced):
     bpy.context.view_layer.update()
     bpy.ops.object.select_all(action="DESELECT")
     tower.select_set(True)
+    assert "add it to the city" in describe_edit(here())[1]
     run("add_to_city")
+    bpy.context.view_layer.update()
+    assert describe_edit(here()) == ("", "")
     session = session_here()
     surfaces = session.transfer.surfaces
     assert surfaces.building_id.count("tower") == 6
