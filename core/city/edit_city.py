@@ -8,7 +8,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from .city import City
-from .locate_site import turn_to_true_north
+from .locate_site import bring_to_grid, turn_to_true_north
 from .polygons import starts_of
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
@@ -58,7 +58,7 @@ def edit_city(city, change, convergence=0.0):
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([[east, north, 0.0]]), -convergence)[0]
         points[buildings[polygon] == name] += shifts[name]
-    moved = [move_tree(tree, shifts[tree.name]) if tree.name in shifts else tree for tree in city.trees]
+    moved = [move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree for tree in city.trees]
     left = replace(city, points=points, trees=[tree for tree in moved if tree.name not in change.removed])
     left = take_polygons(left, ~np.isin(buildings, list(change.removed)))
     for other in change.added:
@@ -79,12 +79,22 @@ def above_foot(city, points, rows):
     return rows[places[:, 2] > places[:, 2].min(initial=np.inf) + FOOT]
 
 
-def move_tree(tree, shift):
-    """A tree moved by (3,) [m]."""
+def place_local(city, site, crs):
+    """A city in metres from a site's origin, true east and north, in the system of its files: City."""
+
+    def move(points):
+        return bring_to_grid(np.atleast_2d(points), site).reshape(points.shape)
+
+    trees = [move_tree(tree, move) for tree in city.trees]
+    return replace(city, points=move(city.points), trees=trees, crs=crs)
+
+
+def move_tree(tree, move):
+    """A tree whose points are moved by a function."""
     tree = copy.deepcopy(tree)
-    tree.place = None if tree.place is None else tree.place + shift
+    tree.place = None if tree.place is None else move(tree.place)
     for polygon in tree.polygons:
-        polygon.rings = [ring + shift for ring in polygon.rings]
+        polygon.rings = [move(ring) for ring in polygon.rings]
     return tree
 
 

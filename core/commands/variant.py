@@ -7,8 +7,7 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from ..city.edit_city import Change, edit_city
-from ..city.locate_site import bring_to_grid
+from ..city.edit_city import Change, edit_city, place_local
 from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
@@ -106,7 +105,7 @@ def read_change(wish, kept):
     for path in wish.add:
         city = read_city([path], unit=kept.request.unit, up=kept.request.up, orient=kept.request.orient)
         if wish.local:
-            city = replace(city, points=bring_to_grid(city.points, kept.site), crs=kept.city.crs)
+            city = place_local(city, kept.site, kept.city.crs)
         elif city.crs is None and kept.city.crs is not None:
             cure = "add --local if it is in metres from the local origin of the base"
             raise InputError(path, "names no coordinate reference system", cure)

@@ -140,7 +140,7 @@ def read_rays(folder):
                 raise InputError(path, "is damaged", "trace the city again with --editable")
             tree = json.loads(text)
             found = decode(tree, lambda number: np.asarray(file[f"array_{number}"][...]))
-    except (OSError, KeyError, IndexError, ValueError, TypeError) as error:
+    except (OSError, KeyError, IndexError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(path, f"cannot be read ({error})", CURE) from error
@@ -184,8 +184,10 @@ def encode_array(value, arrays):
     """An array, or a number of NumPy, as plain types."""
     if value.dtype.kind in "OU":
         return {"texts": np.asarray(value).tolist()}
-    arrays.append(np.asarray(value).view(np.uint8) if value.dtype.kind == "b" else np.asarray(value))
-    return {"array": len(arrays) - 1, "dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
+    array = np.asarray(value).view(np.uint8) if value.dtype.kind == "b" else np.asarray(value)
+    arrays.append(array)
+    sort = {"dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
+    return {"array": len(arrays) - 1, "crc32": crc32(np.ascontiguousarray(array)), **sort}
 
 
 def decode(value, array):
@@ -193,7 +195,10 @@ def decode(value, array):
     if not isinstance(value, dict):
         return value
     if "array" in value:
-        found = array(value["array"]).astype(value["dtype"], copy=False)
+        found = array(value["array"])
+        if crc32(np.ascontiguousarray(found)) != value["crc32"]:
+            raise ValueError(f"array {value['array']} is damaged")
+        found = found.astype(value["dtype"], copy=False)
         return found[()] if value["scalar"] else found
     if "texts" in value:
         return np.array(value["texts"], dtype=object)

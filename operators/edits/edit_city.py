@@ -115,17 +115,17 @@ def add_objects(content, unit, shift, request):
         Place of the city in Blender's world.
     request : Request
     """
-    from ...core.city.edit_city import Change
+    from ...core.city.edit_city import Change, move_tree, place_local
     from ...core.city.join_contents import join_contents
-    from ...core.city.locate_site import bring_to_grid
+
+    def from_city(points):
+        return points / unit - shift
 
     def make_change(site, crs):
         added = join_contents([content], orient=request.orient)
-        places = bring_to_grid(added.points / unit - shift, site)
-        for tree in added.trees:
-            for polygon in tree.polygons:
-                polygon.rings = [bring_to_grid(ring / unit - shift, site) for ring in polygon.rings]
-        return Change(added=(replace(added, points=places, crs=crs),))
+        trees = [move_tree(tree, from_city) for tree in added.trees]
+        added = replace(added, points=from_city(added.points), trees=trees)
+        return Change(added=(place_local(added, site, crs),))
 
     return make_change
 
