@@ -61,13 +61,13 @@ def search_pages(window, operator, below, wait):
         window.point("mousemove", place, top + height // 2, "key", "Home", *NEXT * page)
         note_buttons(window, place, rows[:1], wait)  # all keys before it have been heard
         draw_window(window)
-        found = find_row(window, call, place, rows, window.places.setdefault(page, [""] * len(rows)), wait)
+        found = find_row(window, call, place, rows, window.places.setdefault(page, [""] * len(rows)), wait=wait)
         if found is not None:
             return place, found
     return None
 
 
-def find_row(window, call, place, rows, commands, wait):
+def find_row(window, call, place, rows, commands, *, wait):
     """Find the row of a button on one page, first where it was seen last; notes the commands of the rows it reads."""
     parts = [slice(first, first + ROWS_AT_ONCE) for first in range(0, len(rows), ROWS_AT_ONCE)]
     for part in sorted(parts, key=lambda part: not any(call in command for command in commands[part])):
