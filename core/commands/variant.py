@@ -86,7 +86,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
 def restore_base(kept, transfer):
     """The traced city of rays.nc and transfer.nc: EditableCity."""
     scene = stand_city(kept.city, kept.request, like=kept)
-    known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of}
+    known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of, "trail": kept.trail}
     return restore_editable(scene, kept.request, transfer, **known)
 
 

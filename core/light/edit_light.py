@@ -16,6 +16,7 @@ import numpy as np
 
 from ..city.canopy import forget_rays
 from ..patches.patches import Patches
+from ..patches.trail import begin_trail
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
@@ -60,13 +61,15 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     """
     check_editable(prepared, request)
     prepared, states, foliage = replace(build_tree(prepared, request), editable=True), [], prepared.plan.foliage
+    trail = known[0].new_trail if known[0] else begin_trail(prepared.patches, prepared.scene.vertices)
+    prepared.plan.ray_scene.trail = trail
     for bare in (False, True)[: 1 + bool(foliage and foliage.seasonal)]:
         state = replace(prepared, bare=bare)
         hook = specular(state)
         states.append(trace_light(state, suns, request, progress, specular=hook, known=known[bare]))
     if foliage:
         forget_rays(foliage.kept)
-    return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, specular)
+    return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, trail, specular)
 
 
 def edit_light(base, scene, progress=silent, *, request=None, preview=None):
@@ -102,7 +105,7 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
     prepared = build_tree(prepare_edit(base, scene, request), request)
-    known = [Known(one, prepared, preview) for one in (base.leaf, base.bare or base.leaf)]
+    known = [Known(one, prepared, base.trail, preview) for one in (base.leaf, base.bare or base.leaf)]
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
 
 
@@ -119,12 +122,14 @@ class Known:
     before : TracedCity
     prepared : PreparedScene
         Of the edited city, with its tree.
+    trail : Trail
+        Of the city before.
     preview : callable, optional
         As of `edit_light`.
     """
 
-    def __init__(self, before, prepared, preview=None):
-        self.before, self.prepared, self.preview = before, prepared, preview
+    def __init__(self, before, prepared, trail, preview=None):
+        self.before, self.prepared, self.trail, self.preview = before, prepared, trail, preview
         self.place = match_patches(before.prepared, prepared)  # (p,) int, of the patch before; -1: it is new
         self.after = np.full(len(before.prepared.patches), -1)  # (o,) int, the other way round
         self.after[self.place[self.place >= 0]] = np.flatnonzero(self.place >= 0)
@@ -149,6 +154,21 @@ class Known:
             if one is not None
         ]
         return np.concatenate([np.zeros((0, 3, 3)), *changed])
+
+    @cached_property
+    def boxes(self):
+        """Boxes around all that has changed: (b, 2, 3) float64 [m]."""
+        return boxes_of(np.concatenate([self.solids, self.crowns]))
+
+    @cached_property
+    def asked(self):
+        """Patches whose rays may meet what has changed: (p,) bool."""
+        return (self.place < 0) | self.trail.passing(self.boxes[1:])[self.place]
+
+    @property
+    def new_trail(self):
+        """Trail of the edited city, so far as it is known."""
+        return self.trail.of_patches(self.prepared.patches, self.place)
 
     @cached_property
     def same(self):
@@ -192,7 +212,7 @@ class Known:
         kept = (rows >= 0) & watch.traced & old.traced[rows] & (turns[0][rows] == turns[1])
         kept &= (watch.covered == old.covered[rows]).all(axis=1)
         bits = np.where(kept[:, None, None], self.before.task.bits[rows], np.uint16(0))
-        return KnownShadows(bits, kept, watch.patches, boxes_of(np.concatenate([self.solids, self.crowns])))
+        return KnownShadows(bits, kept, watch.patches, self.boxes)
 
 
 @dataclass
@@ -232,20 +252,17 @@ def find_same(known):
     before, prepared, place = known.before, known.prepared, known.place
     context, traced, patches = before.context, before.traced, prepared.patches
     same = (place >= 0) & (traced.samples[place] > 0)
-    if not len(known.solids) and not len(known.crowns):
-        return same
-    covered = traced.covered[place]
-    rows = np.flatnonzero(same & ~covered.all(axis=1))
+    covered, asked = traced.covered[place], same & known.asked
+    rows = np.flatnonzero(asked & ~covered.all(axis=1))
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
-    low, high = (edge(np.concatenate([known.solids, known.crowns]).reshape(-1, 3), 0) for edge in (np.min, np.max))
 
     def differ(task):
         """Which patches of a task have a ray that ends elsewhere now."""
         chosen, count = task
         other, sequence = np.zeros(len(chosen), bool), sobol_digits(count // HEMISPHERE_REPLICATES)
         within = np.flatnonzero(covered[chosen].any(axis=1))
-        facing = np.flatnonzero(rises_in_front(patches, chosen, low, high))
+        facing = np.flatnonzero(rises_in_front(patches, chosen, *known.boxes[0]))
         facing = np.union1d(facing, within)
         for rows, rays in rays_of_patches(context, patches, chosen[facing], sequence):
             origins, directions = (np.ascontiguousarray(part.reshape(-1, 3)) for part in rays)
@@ -267,8 +284,8 @@ def find_same(known):
         tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
     for changed in map_in_order(differ, tasks, context.threads):
         same[changed] = False
-    now = find_cover(prepared.plan.ray_scene, patches, same, context.threads)
-    return same & (now == covered).all(axis=1)
+    now = find_cover(after, patches, same & asked, context.threads)
+    return same & ~(asked & (now != covered).any(axis=1))
 
 
 def scene_of(corners):

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from ..patches.trail import EVERYWHERE, Trail, begin_trail
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import Request
@@ -35,6 +36,7 @@ class EditableCity:
     request: Request
     leaf: TracedCity
     bare: TracedCity | None  # without leaves; None: one state all year
+    trail: Trail
     specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
 
     @property
@@ -72,7 +74,7 @@ def prepare_decided(decisions, scene, request):
     return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
 
 
-def restore_editable(scene, request, transfer, *, decisions, states, specular):
+def restore_editable(scene, request, transfer, *, decisions, states, specular, trail=None):
     """A traced city as it was, from what its rays and suns met: EditableCity.
 
     Parameters
@@ -85,6 +87,8 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular):
         Of each state of the trees, fields of TracedCity: traced, lights and direct, and the bits of `Shadows`.
     specular : callable
         As of `EditableCity`.
+    trail : Trail, optional
+        Where it is known.
 
     Raises
     ------
@@ -93,6 +97,9 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular):
     """
     prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
     found = []
+    if trail is None:
+        trail = begin_trail(prepared.patches, scene.vertices)
+        trail.seen[:] = EVERYWHERE
     for bare, kept in enumerate(states):
         traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))
         if len(bits) != len(prepared.patches):
@@ -103,4 +110,4 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular):
         task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
         task.bits = bits
         found.append(TracedCity(state, context, traced, task, lights, direct, own))
-    return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, specular)
+    return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, trail, specular)

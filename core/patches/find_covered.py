@@ -115,14 +115,16 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
         height = directions[..., 2]
         turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
         np.negative(height, where=turned, out=height)
-    places = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    rays, own = (origins.reshape(-1, 3), directions.reshape(-1, 3)), np.repeat(chosen, u.shape[1])
+    places = ray_scene.trace_places(*rays)
+    ray_scene.note(patches, own, rays, places)
     hit = places.triangle.reshape(u.shape)
     fate = np.empty(hit.shape, np.uint8)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
     backs = np.nonzero(fate == BACK)
     fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none
     states = STATE_OF_FATE[fate]
-    touching = find_touching(patches, np.repeat(chosen, u.shape[1]), places).reshape(u.shape)
+    touching = find_touching(patches, own, places).reshape(u.shape)
     states[touching & (states == FACING)] = TOUCHING
     return states
 
@@ -196,7 +198,8 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     # Of places from which all rays met fronts most are in the open: one that leaves tells, and spares the others.
     for part in (going & ~(hidden[:, None] & AFTER_FIRST), going & (hidden[:, None] & AFTER_FIRST)):
         point, ray = np.nonzero(part & ~(hidden & (ends[1] + ends[2] > 0))[:, None])
-        follow(ray_scene, patches, (hits.take((point, ray)), point, number_rays(keys)[point, ray]), ends)
+        rays = hits.take((point, ray)), point, number_rays(keys)[point, ray]
+        follow(ray_scene, patches, rays, ends, owner=places.triangle)
     mixed = going.any(axis=1)
     found[mixed] = judge_ends(*ends[:, mixed])
     found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
@@ -210,7 +213,9 @@ def trace_vote(ray_scene, patches, places, shifts):
     own, b1, b2 = places
     b1, b2 = (np.repeat(weights[:, None], RAYS, axis=1) for weights in (b1, b2))
     origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
-    hits = ray_scene.trace_as_drawn(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    rays = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    hits = ray_scene.trace_as_drawn(*rays)
+    ray_scene.note(patches, np.repeat(own, RAYS), rays, hits)
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
     gone, upwards = hits.triangle < 0, directions[..., 2] > 0
     return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards

@@ -56,7 +56,8 @@ def lie_inside(ray_scene, patches, places, keys, ahead=0.0, *, turns=TURNS):
     """
     point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((3, len(keys)), np.int64)
     step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
-    follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step, turns=turns)
+    rays = places.take(point), point, number_rays(keys).ravel()
+    follow(ray_scene, patches, rays, ends, owner=places.triangle, ahead=step, turns=turns)
     return judge_ends(*ends)
 
 
@@ -65,7 +66,7 @@ def number_rays(keys):
     return mix(keys[:, None] + np.arange(1, RAYS + 1).astype(np.uint64) * GOLDEN)
 
 
-def follow(ray_scene, patches, rays, ends, ahead=0, *, turns=TURNS):
+def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
     """Rays go on from fronts until they meet a back or leave, at most so many times.
 
     Parameters
@@ -78,6 +79,8 @@ def follow(ray_scene, patches, rays, ends, ahead=0, *, turns=TURNS):
     ends : (3, k) int
         For each point, how many end at backs, in the sky and below the horizon is added to the rows. From points with
         more than STRAY_RAYS in the sky none is followed any more.
+    owner : (k,) int
+        The patch of each point.
     ahead : (r, 3) float32 [m], optional
         From each place to where its ray starts.
     """
@@ -87,7 +90,9 @@ def follow(ray_scene, patches, rays, ends, ahead=0, *, turns=TURNS):
         local = tuple(part[:, None] for part in flat_direction(u, v))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
-        met, b1, b2 = ray_scene.trace_places(origins + ahead if turn == 0 else origins, directions)
+        origins = origins + ahead if turn == 0 else origins
+        met, b1, b2 = places = ray_scene.trace_places(origins, directions)
+        ray_scene.note(patches, owner[point], (origins, directions), places)
         back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
         gone, upwards = met < 0, directions[:, 2] > 0
         for number, which in enumerate((back, gone & upwards, gone & ~upwards)):

@@ -35,6 +35,7 @@ class RayScene:
 
     canopy = None  # city.canopy.Canopy of scenes with trees
     whole = None  # of a part of a city: its tree, patches of all triangles, and which of these the part has
+    trail = None  # patches.trail.Trail of a city that can be edited
 
     def __init__(self, vertices, triangles, engine=None):
         vertices, triangles = check_triangles(vertices, triangles)
@@ -126,6 +127,11 @@ class RayScene:
             return np.repeat(wanted[:, :, None], position.shape[1], axis=2)
         with self._timed():
             return self._tree.trace_shadow_rays(position, wanted, directions)
+
+    def note(self, patches, owner, rays, places):
+        """Add rays to the trail, if there is one; parameters as of `Trail.note`."""
+        if self.trail is not None and len(owner):
+            self.trail.note(patches, owner, rays, places)
 
     @contextmanager
     def _timed(self):

@@ -23,6 +23,7 @@ from ..light.light_errors import LightError
 from ..light.solve_sky import SkyLight
 from ..light.solve_suns import Annual, SunLight
 from ..light.traced import FirstLight, FormFactors, Rows, Traced
+from ..patches.trail import Trail
 from ..settings.errors import InputError
 from ..settings.request import Request
 from ..sun.horizon import TerrainHorizon
@@ -32,7 +33,7 @@ from .netcdf_file import netcdf_file, write_variables
 NAME, FORMAT = "rays.nc", "CityPV rays 1"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (Lattice, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
+TYPES += (Lattice, Trail, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
@@ -51,6 +52,7 @@ class KeptRays:
     names: dict  # of these settings: the files that were given
     decisions: Decisions
     states: list  # of dict, of `keep_state`: in leaf, and bare where trees are deciduous
+    trail: Trail | None = None
 
 
 def write_rays(path, base, city, names=None):
@@ -91,6 +93,7 @@ def write_rays(path, base, city, names=None):
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
+        "trail": base.trail,
         "states": [keep_state(one) for one in (base.leaf, base.bare) if one is not None],
     }
     arrays, found = [], {}
@@ -147,7 +150,7 @@ def read_rays(folder):
     place = tempfile.mkdtemp(prefix="citypv-")
     request = Request(**found["request"])
     known = {name: found[name] for name in ("city", "site", "lattice", "names", "decisions", "states")}
-    kept = KeptRays(request=request, **known)
+    kept = KeptRays(request=request, trail=found.get("trail"), **known)
     weakref.finalize(kept, remove_files, place)
     for name, (file_name, data) in found["files"].items():
         own = Path(place, Path(file_name).name)

@@ -1,0 +1,140 @@
+"""Trails of rays: through which parts of a city the rays of each patch pass.
+
+┌───┬───┬───┬───┐ layer 3     The city is divided into squares of the plan and layers of height. What the rays of a
+├───┼───┼───┼───┤ layer 2     patch meet, and so what of it is covered, an edit can change only where one of them
+├───┼───┼─↗─┼───┤ layer 1     passed a part of the city that is edited.
+└─p─┴─╱─┴───┴───┘ layer 0
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+SQUARES = 16  # along each side: one bit each
+LAYERS = np.array([1 / 4, 1 / 2, 1.0])  # of the city's height, where they end; the last one has no end
+AROUND = 1.0  # [m] around each patch in which it looks for faces that touch it, or leave it no room
+EVERYWHERE = np.uint16(0xFFFF)
+ROUNDING = 0.01  # [m] around what is edited
+
+
+@dataclass
+class Trail:
+    """Parts of a city that the rays of p patches pass."""
+
+    low: np.ndarray  # (2,) float64 [m], where the squares begin
+    side: np.ndarray  # (2,) float64 [m], of each square
+    ends: np.ndarray  # (3,) float64 [m], of the layers
+    seen: np.ndarray  # (p, SQUARES, 4) uint16: of each row of squares and layer a bit for each square
+
+    def note(self, patches, owner, rays, places):
+        """Add rays of some patches.
+
+        Parameters
+        ----------
+        patches : Patches
+            Of what they meet.
+        owner : (m,) int
+            The patch that sends each.
+        rays : tuple of two (m, 3) float32 [m]
+            Origins and unit directions.
+        places : HitPlaces
+            m, where they end.
+        """
+        rays = tuple(np.ascontiguousarray(part.T, np.float32) for part in rays)
+        places = tuple(np.ascontiguousarray(part) for part in places)
+        pass_squares((owner, *rays), (patches.corner, patches.edges, *places), tuple(vars(self).values()))
+
+    def passing(self, boxes):
+        """Patches with rays that pass any of some boxes, (b, 2, 3) [m]: (p,) bool."""
+        boxes = boxes + np.array([[-ROUNDING], [ROUNDING]])
+        if not ((boxes[..., :2] >= self.low) & (boxes[..., :2] <= self.low + SQUARES * self.side)).all():
+            return np.ones(len(self.seen), bool)
+        edited = np.bitwise_or.reduce(self._mark(boxes), axis=0)
+        return (self.seen & edited).any(axis=(1, 2))
+
+    def of_patches(self, patches, place=None):
+        """The same of other patches, with what those passed that they are the same as, (p,) int, or -1: Trail."""
+        corners = patches.corner[:, None] + np.pad(patches.edges, ((0, 0), (1, 0), (0, 0)))
+        boxes = np.stack([corners.min(axis=1) - AROUND, corners.max(axis=1) + AROUND], axis=1).astype(float)
+        boxes[..., 2] = [-np.inf, np.inf]
+        seen = self._mark(boxes)
+        if place is not None:
+            seen[place >= 0] |= self.seen[place[place >= 0]]
+        return replace(self, seen=seen)
+
+    def _mark(self, boxes):
+        """The parts that boxes touch, (b, SQUARES, 4) uint16; those beyond the squares touch the outer ones."""
+        first, last = (
+            np.clip(np.floor((boxes[..., :2] - self.low) / self.side), 0, SQUARES - 1).astype(int).swapaxes(0, 1)
+        )
+        lowest, highest = np.searchsorted(self.ends, boxes[..., 2]).T
+        squares, layers = np.arange(SQUARES), np.arange(len(self.ends) + 1)
+        rows = (squares >= first[:, :1]) & (squares <= last[:, :1])
+        some = rows[:, :, None] & ((layers >= lowest[:, None]) & (layers <= highest[:, None]))[:, None]
+        bits = ((2 << last[:, 1]) - (1 << first[:, 1])).astype(np.uint16)
+        return np.where(some, bits[:, None, None], np.uint16(0))
+
+
+def begin_trail(patches, vertices):
+    """Trail of patches that sent no rays yet, in a city of some vertices, (v, 3) [m]."""
+    low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
+    side = np.maximum(high - low, 1)[:2] / SQUARES
+    none = np.zeros((0, SQUARES, len(LAYERS) + 1), np.uint16)
+    return Trail(low[:2], side, low[2] + LAYERS * (high - low)[2], none).of_patches(patches)
+
+
+@njit(nogil=True, cache=True)
+def pass_squares(rays, ends, trail):
+    """Mark the parts that rays pass.
+
+    Parameters
+    ----------
+    rays : tuple of (m,) int, (3, m) float32 and (3, m) float32
+        Patch that each belongs to, origins [m] and unit directions.
+    ends : tuple
+        `corner` and `edges` of `Patches`, and the parts of `HitPlaces`.
+    trail : tuple
+        Fields of Trail, of which the last one is written.
+
+    References
+    ----------
+    J. Amanatides and A. Woo (1987), A fast voxel traversal algorithm for ray tracing.
+    """
+    (owner, origins, directions), (corner, edges, met, b1, b2), (low, side, heights, seen) = rays, ends, trail
+    square, step, following, apart = np.empty(2, np.int64), np.empty(2, np.int64), np.empty(2), np.empty(2)
+    for ray in range(len(owner)):
+        own, z, up = seen[owner[ray]], np.float64(origins[2, ray]), np.float64(directions[2, ray])
+        length, outside = np.inf, False
+        if met[ray] >= 0:
+            length = 0.0
+            for axis in range(3):
+                face = met[ray]
+                place = corner[face, axis] + b1[ray] * edges[face, 0, axis] + b2[ray] * edges[face, 1, axis]
+                length += (place - origins[axis, ray]) * np.float64(directions[axis, ray])
+        for axis in range(2):
+            place, along = (origins[axis, ray] - low[axis]) / side[axis], directions[axis, ray] / side[axis]
+            square[axis] = np.int64(np.floor(place))
+            outside |= square[axis] < 0 or square[axis] >= SQUARES
+            step[axis] = 1 if along > 0 else -1
+            following[axis] = (square[axis] + (along > 0) - place) / along if along != 0 else np.inf
+            apart[axis] = abs(1 / along) if along != 0 else np.inf
+        if outside:  # of the squares of the city before an edit
+            own[:] = EVERYWHERE
+            continue
+        begun = 0.0
+        while True:
+            axis = 0 if following[0] < following[1] else 1
+            over = min(following[axis], length)
+            one, other = z + begun * up, z + over * up if over < np.inf else np.inf * up
+            first, last = min(one, other), max(one, other)
+            for layer in range(len(heights) + 1):
+                if (layer == len(heights) or first <= heights[layer]) and (layer == 0 or last >= heights[layer - 1]):
+                    own[square[0], layer] |= np.uint16(1 << square[1])
+            if following[axis] >= length:
+                break
+            begun = following[axis]
+            following[axis] += apart[axis]
+            square[axis] += step[axis]
+            if square[axis] < 0 or square[axis] >= SQUARES:
+                break
