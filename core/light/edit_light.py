@@ -61,7 +61,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     """
     check_editable(prepared, request)
     prepared, states, foliage = replace(build_tree(prepared, request), editable=True), [], prepared.plan.foliage
-    trail = known[0].new_trail if known[0] else begin_trail(prepared.patches, prepared.scene.vertices)
+    trail = known[0].new_trail if known[0] else begin_trail(prepared.patches, prepared.scene)
     prepared.plan.ray_scene.trail = trail
     for bare in (False, True)[: 1 + bool(foliage and foliage.seasonal)]:
         state = replace(prepared, bare=bare)

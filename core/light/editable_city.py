@@ -98,7 +98,7 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular, t
     prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
     found = []
     if trail is None:
-        trail = begin_trail(prepared.patches, scene.vertices)
+        trail = begin_trail(prepared.patches, prepared.scene)
         trail.seen[:] = EVERYWHERE
     for bare, kept in enumerate(states):
         traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))

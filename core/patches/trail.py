@@ -22,8 +22,7 @@ ROUNDING = 0.01  # [m] around what is edited
 class Trail:
     """Parts of a city that the rays of p patches pass."""
 
-    low: np.ndarray  # (2,) float64 [m], where the squares begin
-    side: np.ndarray  # (2,) float64 [m], of each square
+    edges: np.ndarray  # (2, SQUARES + 1) float64 [m], of the squares along x and y, ascending
     ends: np.ndarray  # (3,) float64 [m], of the layers
     seen: np.ndarray  # (p, SQUARES, 4) uint16: of each row of squares and layer a bit for each square
 
@@ -48,7 +47,7 @@ class Trail:
     def passing(self, boxes):
         """Patches with rays that pass any of some boxes, (b, 2, 3) [m]: (p,) bool."""
         boxes = boxes + np.array([[-ROUNDING], [ROUNDING]])
-        if not ((boxes[..., :2] >= self.low) & (boxes[..., :2] <= self.low + SQUARES * self.side)).all():
+        if not ((boxes[..., :2] >= self.edges[:, 0]) & (boxes[..., :2] <= self.edges[:, -1])).all():
             return np.ones(len(self.seen), bool)
         edited = np.bitwise_or.reduce(self._mark(boxes), axis=0)
         return (self.seen & edited).any(axis=(1, 2))
@@ -65,9 +64,8 @@ class Trail:
 
     def _mark(self, boxes):
         """The parts that boxes touch, (b, SQUARES, 4) uint16; those beyond the squares touch the outer ones."""
-        first, last = (
-            np.clip(np.floor((boxes[..., :2] - self.low) / self.side), 0, SQUARES - 1).astype(int).swapaxes(0, 1)
-        )
+        found = [np.searchsorted(edges[1:-1], boxes[..., axis]) for axis, edges in enumerate(self.edges)]
+        first, last = np.stack(found, axis=2).swapaxes(0, 1)
         lowest, highest = np.searchsorted(self.ends, boxes[..., 2]).T
         squares, layers = np.arange(SQUARES), np.arange(len(self.ends) + 1)
         rows = (squares >= first[:, :1]) & (squares <= last[:, :1])
@@ -76,12 +74,14 @@ class Trail:
         return np.where(some, bits[:, None, None], np.uint16(0))
 
 
-def begin_trail(patches, vertices):
-    """Trail of patches that sent no rays yet, in a city of some vertices, (v, 3) [m]."""
-    low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
-    side = np.maximum(high - low, 1)[:2] / SQUARES
+def begin_trail(patches, scene):
+    """Trail of patches of a scene that sent no rays yet. Squares are small where there is much to see."""
+    low, high = np.min(scene.vertices, axis=0), np.max(scene.vertices, axis=0)
+    places = scene.vertices[np.unique(scene.triangles[scene.triangle_surface >= 0])]
+    edges = np.quantile(places[:, :2], np.linspace(0, 1, SQUARES + 1), axis=0).T
+    edges[:, [0, -1]] = np.stack([low, high], axis=1)[:2]
     none = np.zeros((0, SQUARES, len(LAYERS) + 1), np.uint16)
-    return Trail(low[:2], side, low[2] + LAYERS * (high - low)[2], none).of_patches(patches)
+    return Trail(edges, low[2] + LAYERS * (high - low)[2], none).of_patches(patches)
 
 
 @njit(nogil=True, cache=True)
@@ -101,8 +101,8 @@ def pass_squares(rays, ends, trail):
     ----------
     J. Amanatides and A. Woo (1987), A fast voxel traversal algorithm for ray tracing.
     """
-    (owner, origins, directions), (corner, edges, met, b1, b2), (low, side, heights, seen) = rays, ends, trail
-    square, step, following, apart = np.empty(2, np.int64), np.empty(2, np.int64), np.empty(2), np.empty(2)
+    (owner, origins, directions), (corner, sides, met, b1, b2), (edges, heights, seen) = rays, ends, trail
+    square, following = np.empty(2, np.int64), np.empty(2)
     for ray in range(len(owner)):
         own, z, up = seen[owner[ray]], np.float64(origins[2, ray]), np.float64(directions[2, ray])
         length, outside = np.inf, False
@@ -110,20 +110,20 @@ def pass_squares(rays, ends, trail):
             length = 0.0
             for axis in range(3):
                 face = met[ray]
-                place = corner[face, axis] + b1[ray] * edges[face, 0, axis] + b2[ray] * edges[face, 1, axis]
+                place = corner[face, axis] + b1[ray] * sides[face, 0, axis] + b2[ray] * sides[face, 1, axis]
                 length += (place - origins[axis, ray]) * np.float64(directions[axis, ray])
         for axis in range(2):
-            place, along = (origins[axis, ray] - low[axis]) / side[axis], directions[axis, ray] / side[axis]
-            square[axis] = np.int64(np.floor(place))
+            square[axis] = np.searchsorted(edges[axis], origins[axis, ray]) - 1
             outside |= square[axis] < 0 or square[axis] >= SQUARES
-            step[axis] = 1 if along > 0 else -1
-            following[axis] = (square[axis] + (along > 0) - place) / along if along != 0 else np.inf
-            apart[axis] = abs(1 / along) if along != 0 else np.inf
         if outside:  # of the squares of the city before an edit
             own[:] = EVERYWHERE
             continue
         begun = 0.0
         while True:
+            for axis in range(2):
+                along = np.float64(directions[axis, ray])
+                ahead = edges[axis, square[axis] + (along > 0)] - origins[axis, ray]
+                following[axis] = ahead / along if along != 0 else np.inf
             axis = 0 if following[0] < following[1] else 1
             over = min(following[axis], length)
             one, other = z + begun * up, z + over * up if over < np.inf else np.inf * up
@@ -134,7 +134,6 @@ def pass_squares(rays, ends, trail):
             if following[axis] >= length:
                 break
             begun = following[axis]
-            following[axis] += apart[axis]
-            square[axis] += step[axis]
+            square[axis] += 1 if directions[axis, ray] > 0 else -1
             if square[axis] < 0 or square[axis] >= SQUARES:
                 break
