@@ -16,7 +16,7 @@ import numpy as np
 
 from ..city.canopy import forget_rays
 from ..patches.patches import Patches
-from ..patches.trail import begin_trail
+from ..patches.trail import AROUND, begin_trail
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
@@ -204,6 +204,13 @@ class Known:
             for part in self.rows:
                 found.form_factors.put(leave_rows(part, known[part.chosen]))
         return known
+
+    def room(self, clearances):
+        """What is known of `measure_room_of_patches`, (p, k) float32: NaN where it is not."""
+        old = self.before.room
+        if old is None or max(clearances) > AROUND:
+            return None
+        return np.where(self.asked[:, None], np.float32(np.nan), old[self.place])
 
     def shadows(self, watch):
         """What is known of the suns: KnownShadows."""

@@ -109,5 +109,5 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular, t
         context = prepare_gather(state, request, silent)
         task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
         task.bits = bits
-        found.append(TracedCity(state, context, traced, task, lights, direct, own))
+        found.append(TracedCity(state, context, traced, task, lights, direct, own, kept.get("room")))
     return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, trail, specular)

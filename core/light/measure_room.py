@@ -41,17 +41,29 @@ def measure_room(ray_scene, patches, scene, covered, *, clearances, threads):
     (n, k) float64
     """
     cells, to_surface = covered
+    share = measure_room_of_patches(ray_scene, patches, scene, cells, clearances=clearances, threads=threads)
+    return average_room(to_surface, share)
+
+
+def average_room(to_surface, share):
+    """The same of surfaces, (n, k) float64, from that of patches."""
+    return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
+
+
+def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, known=None):
+    """The same of patches: (p, k) float32; `known` are those of some, NaN of the others."""
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
-    rows = np.flatnonzero(patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1))
+    share = np.zeros((len(patches), len(clearances)), np.float32) if known is None else np.nan_to_num(known)
+    wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
+    rows = np.flatnonzero(wanted if known is None else wanted & np.isnan(known[:, 0]))
     tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
-    share = np.zeros((len(patches), len(clearances)), np.float32)
 
     def look(chosen):
         return find_cramped(ray_scene, patches, chosen, clearances)
 
     for chosen, cramped in zip(tasks, map_in_order(look, tasks, threads), strict=True):
         share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
-    return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
+    return share
 
 
 def find_cramped(ray_scene, patches, chosen, clearances):

@@ -17,7 +17,7 @@ from ..sun.horizon import without_hidden
 from ..sun.suns import check_suns, interrupted_suns
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
-from .measure_room import list_clearances, measure_room
+from .measure_room import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, prepare_scene
 from .rounds import keep_patches, with_patches
 from .solve_radiosity import Exchange, find_bounces, radiosity_factor
@@ -41,6 +41,7 @@ class TracedCity:
     lights: dict  # of the sky, and of each source by its name: SkyLight
     direct: SunLight
     transfer: Transfer
+    room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
 
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):
@@ -121,15 +122,15 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     direct = solve_suns(context, traced, task, diffuse.by_replicate, folder=folder, specular=light)
     clock.lap("suns")
     lengths = list_clearances(request)
-    shares = traced.covered, to_surface
-    room = measure_room(ray_scene, patches, prepared.scene, shares, clearances=lengths, threads=context.threads)
+    how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
+    room = measure_room_of_patches(ray_scene, patches, scene, traced.covered, **how)
     clock.lap("room for modules")
     transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=cover_of_surfaces(to_surface, traced.covered_share),
-        no_room=room,
+        no_room=average_room(to_surface, room),
         clearances=lengths,
         sky_view_factor=to_surface @ traced.sky.mean(axis=1),
         far_ground_view_factor=to_surface @ traced.far_ground.mean(axis=1),
@@ -175,7 +176,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
-    found = TracedCity(prepared, context, traced, task, lights, direct, transfer)
+    found = TracedCity(prepared, context, traced, task, lights, direct, transfer, room)
     if prepared.round is None or transfer.record.interrupted:
         return found
     annual = direct.annual

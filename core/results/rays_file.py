@@ -118,6 +118,7 @@ def keep_state(state):
     return {
         "traced": state.traced,
         "bits": state.task.bits,
+        "room": state.room,
         "lights": {name: less(light, radiosity=None) for name, light in state.lights.items()},
         "direct": less(state.direct, annual=annual, visible_share=None, reflected=None),
     }
