@@ -11,6 +11,7 @@ from ..rays.random_numbers import mix
 WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
 SIDE = 10.0  # [m] of the squares in plan by which boxes of changed triangles are told apart
 MOST_BOXES = 1 << 10
+LEAST = 1e-12  # part of a direction along an axis that is told from none
 FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
 
 
@@ -130,18 +131,30 @@ def pass_boxes(patches, directions, boxes, found):
         Written.
     """
     middle, radius, normal = patches
+    found[:] = False
+    if not len(boxes):
+        return
+    along = np.ascontiguousarray(directions.T)
+    inverse = 1 / np.where(np.abs(along) > LEAST, along, LEAST)
     for patch in range(len(middle)):
-        for sun in range(len(directions)):
-            cosine = 0.0
-            for axis in range(3):
-                cosine += normal[patch, axis] * directions[sun, axis]
-            found[patch, sun] = False
-            if cosine < FROM_BEHIND or not len(boxes):
-                continue
-            if passes(middle[patch], directions[sun], boxes[0], radius[patch]):
+        low, high = boxes[0, 0] - radius[patch] - middle[patch], boxes[0, 1] + radius[patch] - middle[patch]
+        x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
+        some, facing = False, found[patch]
+        # The box around all first, of several suns at a time, and so without branches.
+        for sun in range(len(facing)):
+            a, b = low[0] * inverse[0, sun], high[0] * inverse[0, sun]
+            c, d = low[1] * inverse[1, sun], high[1] * inverse[1, sun]
+            e, f = low[2] * inverse[2, sun], high[2] * inverse[2, sun]
+            near, far = max(min(a, b), min(c, d), min(e, f), 0.0), min(max(a, b), max(c, d), max(e, f))
+            cosine = x * along[0, sun] + y * along[1, sun] + z * along[2, sun]
+            facing[sun] = (near <= far) & (cosine >= FROM_BEHIND)
+            some |= facing[sun]
+        if some:
+            for sun in np.flatnonzero(facing):
+                facing[sun] = False
                 for box in range(1, len(boxes)):
                     if passes(middle[patch], directions[sun], boxes[box], radius[patch]):
-                        found[patch, sun] = True
+                        facing[sun] = True
                         break
 
 
@@ -151,7 +164,7 @@ def passes(origin, direction, box, margin):
     near, far = 0.0, np.inf
     for axis in range(3):
         low, high = box[0, axis] - margin - origin[axis], box[1, axis] + margin - origin[axis]
-        if abs(direction[axis]) < 1e-12:
+        if abs(direction[axis]) < LEAST:
             if low > 0 or high < 0:
                 return False
         else:
