@@ -9,6 +9,7 @@ Geometry is traced once, free of weather. The Transfer can be weighed with any o
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import ignore_share, silent
+from .settings.progress import ignore_share, report_polygons, silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -43,6 +44,7 @@ from .sun.suns import progressive_order
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 
+SCENE_STAGE = "building the scene"
 ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
 
@@ -233,7 +235,12 @@ def trace_edit(base, city, progress=silent, *, request=None, preview=None):
     InputError
         As of `edit_light`.
     """
-    scene = stand_city(city, request or base.request, like=base.leaf.prepared.scene)
+    scene = stand_city(
+        city,
+        request or base.request,
+        partial(report_polygons, progress, SCENE_STAGE, len(city)),
+        like=base.leaf.prepared.scene,
+    )
     return edit_light(base, scene, progress, request=request, preview=preview)
 
 

@@ -31,6 +31,7 @@ from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 from .traced import Rows, leave_rows
 
+STAGE = "comparing rays"
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
 
 
@@ -104,14 +105,14 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     if scene.site != base.leaf.prepared.scene.site:
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
-    prepared = build_tree(prepare_edit(base, scene, request), request)
-    known = [Known(one, prepared, base.trail, preview) for one in (base.leaf, base.bare or base.leaf)]
+    prepared = build_tree(prepare_edit(base, scene, request, progress), request)
+    known = [Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare or base.leaf)]
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
 
 
-def prepare_edit(base, scene, request):
+def prepare_edit(base, scene, request, progress=silent):
     """Materials and patches of an edited city, with the decisions of the base: PreparedScene."""
-    return prepare_decided(base.decisions, scene, request)
+    return prepare_decided(base.decisions, scene, request, progress)
 
 
 class Known:
@@ -124,12 +125,13 @@ class Known:
         Of the edited city, with its tree.
     trail : Trail
         Of the city before.
-    preview : callable, optional
+    preview, progress : callable, optional
         As of `edit_light`.
     """
 
-    def __init__(self, before, prepared, trail, preview=None):
-        self.before, self.prepared, self.trail, self.preview = before, prepared, trail, preview
+    def __init__(self, before, prepared, trail, preview=None, progress=silent):
+        self.before, self.prepared, self.trail = before, prepared, trail
+        self.preview, self.progress = preview, progress
         self.place = match_patches(before.prepared, prepared)  # (p,) int, of the patch before; -1: it is new
         self.after = np.full(len(before.prepared.patches), -1)  # (o,) int, the other way round
         self.after[self.place[self.place >= 0]] = np.flatnonzero(self.place >= 0)
@@ -289,9 +291,10 @@ def find_same(known):
     for count in np.unique(counts):
         some, step = rows[counts == count], max(1, RAYS_PER_TASK // int(count))
         tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
-    for changed in map_in_order(differ, tasks, context.threads):
+    for done, changed in enumerate(map_in_order(differ, tasks, context.threads)):
+        known.progress(STAGE, done, len(tasks), "tasks")
         same[changed] = False
-    now = find_cover(after, patches, same & asked, context.threads)
+    now = find_cover(after, patches, same & asked, context.threads, known.progress)
     return same & ~(asked & (now != covered).any(axis=1))
 
 

@@ -67,10 +67,10 @@ def check_editable(prepared, request):
         raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
 
 
-def prepare_decided(decisions, scene, request):
+def prepare_decided(decisions, scene, request, progress=silent):
     """Materials and patches of a scene, with decisions that were made before: PreparedScene."""
     pinned = replace(request, effects=decisions.on | request.effects)
-    prepared = prepare_scene(scene, pinned, suns=decisions.suns)
+    prepared = prepare_scene(scene, pinned, suns=decisions.suns, progress=progress)
     return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
 
 

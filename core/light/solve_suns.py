@@ -32,7 +32,7 @@ from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 from .transfer import variance_of_mean
 
 CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
-COUNTING = "number of reflections"  # stage
+COUNTING, ANNUAL = "number of reflections", "annual light of the suns"  # stages
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
 
@@ -153,6 +153,7 @@ def annual_light(context, traced, task):
     """
     patches, by_point = context.patches, np.zeros((len(context.patches), context.points), np.float32)
     for block in task.blocks:
+        context.progress(ANNUAL, block.start, len(task.suns), "suns")
         found = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
         by_point += found.light_of_points(patches.normal, block_of_suns(task.suns, block), context.threads)
     light = by_point.mean(axis=1, dtype=float)
@@ -212,7 +213,7 @@ def solve_suns(context, traced, task, sky, *, folder=None, specular=None):
             task.progress.end()
     except CancelledError:
         found.kept = count_kept(suns, done)
-        if not found.kept:
+        if not found.kept or task.known:  # an edit is traced to its end or not at all
             raise
         found.visible_share, found.reflected = (
             keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
