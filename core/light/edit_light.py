@@ -164,7 +164,7 @@ class Known:
 
     @cached_property
     def asked(self):
-        """Patches whose rays may meet what has changed: (p,) bool."""
+        """Patches of which something else may be covered, or without room for modules: (p,) bool."""
         return (self.place < 0) | self.trail.passing(self.boxes[1:])[self.place]
 
     @property
@@ -261,8 +261,8 @@ def find_same(known):
     before, prepared, place = known.before, known.prepared, known.place
     context, traced, patches = before.context, before.traced, prepared.patches
     same = (place >= 0) & (traced.samples[place] > 0)
-    covered, asked = traced.covered[place], same & known.asked
-    rows = np.flatnonzero(asked & ~covered.all(axis=1))
+    covered = traced.covered[place]
+    rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(known.boxes) else np.zeros(0, int)
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
 
@@ -294,7 +294,8 @@ def find_same(known):
     for done, changed in enumerate(map_in_order(differ, tasks, context.threads)):
         known.progress(STAGE, done, len(tasks), "tasks")
         same[changed] = False
-    now = find_cover(after, patches, same & asked, context.threads, known.progress)
+    asked = same & known.asked
+    now = find_cover(after, patches, asked, context.threads, known.progress)
     return same & ~(asked & (now != covered).any(axis=1))
 
 

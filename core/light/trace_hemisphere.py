@@ -100,7 +100,7 @@ def trace_part(city, chosen, sequence):
     dark = covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
-    hits, fate = follow_rays(city, rows, covered, (origins, directions, start_cells))
+    hits, fate = follow_rays(city, covered, (origins, directions, start_cells))
     hide_sky(city, directions, fate)
     within = np.flatnonzero(covered.any(axis=1))
     first, *others = tally_rays(fate, start_cells, cells_near_cover(covered, within), city.elements)
@@ -115,14 +115,12 @@ def trace_part(city, chosen, sequence):
     return found
 
 
-def follow_rays(city, rows, covered, rays):
-    """What rays of some patches hit, and what becomes of each.
+def follow_rays(city, covered, rays):
+    """What rays of c patches hit, and what becomes of each.
 
     Parameters
     ----------
     city : RayCity
-    rows : (c,) int
-        The patches.
     covered : (c, CELL_DIVISIONS²) bool
     rays : tuple of two (c, rays, 3) float32 and (c, rays) uint8
         Origins, directions, and the cells in which they start.
@@ -133,9 +131,7 @@ def follow_rays(city, rows, covered, rays):
     fate : (c, rays) uint8
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
-    sent = origins.reshape(-1, 3), directions.reshape(-1, 3)
-    hits = ray_scene.trace_places(*sent)
-    ray_scene.note(patches, np.repeat(rows, start_cells.shape[1]), sent, hits)
+    hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
@@ -184,7 +180,7 @@ def look_at_source(city, source, rows, covered, sequence):
         return found, 0
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
-    fate = follow_rays(city, rows[facing], covered, rays)[1]
+    fate = follow_rays(city, covered, rays)[1]
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
     hide_sky(city, rays[1], fate)
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 SQUARES = 16  # along each side: one bit each
-LAYERS = np.array([1 / 4, 1 / 2, 1.0])  # of the city's height, where they end; the last one has no end
+LAYERS = np.array([1 / 4, 1.0])  # of the city's height, where they end; the last one has no end
 AROUND = 1.0  # [m] around each patch in which it looks for faces that touch it, or leave it no room
 EVERYWHERE = np.uint16(0xFFFF)
 ROUNDING = 0.01  # [m] around what is edited
@@ -23,8 +23,8 @@ class Trail:
     """Parts of a city that the rays of p patches pass."""
 
     edges: np.ndarray  # (2, SQUARES + 1) float64 [m], of the squares along x and y, ascending
-    ends: np.ndarray  # (3,) float64 [m], of the layers
-    seen: np.ndarray  # (p, SQUARES, 4) uint16: of each row of squares and layer a bit for each square
+    ends: np.ndarray  # (2,) float64 [m], of the layers
+    seen: np.ndarray  # (p, SQUARES, 3) uint16: of each row of squares and layer a bit for each square
 
     def note(self, patches, owner, rays, places):
         """Add rays of some patches.
@@ -63,7 +63,7 @@ class Trail:
         return replace(self, seen=seen)
 
     def _mark(self, boxes):
-        """The parts that boxes touch, (b, SQUARES, 4) uint16; those beyond the squares touch the outer ones."""
+        """The parts that boxes touch, (b, SQUARES, 3) uint16; those beyond the squares touch the outer ones."""
         found = [np.searchsorted(edges[1:-1], boxes[..., axis]) for axis, edges in enumerate(self.edges)]
         first, last = np.stack(found, axis=2).swapaxes(0, 1)
         lowest, highest = np.searchsorted(self.ends, boxes[..., 2]).T
