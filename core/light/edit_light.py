@@ -29,7 +29,7 @@ from .measure_cover import find_cover
 from .prepare_scene import build_tree
 from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
-from .traced import Rows, leave_rows
+from .traced import Rows, join_rows, leave_rows
 
 STAGE = "comparing rays"
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
@@ -180,7 +180,7 @@ class Known:
     @cached_property
     def rows(self):
         """Hits of these patches' rays, with the numbers that patches have now: list of Rows."""
-        form_factors, found = self.before.traced.form_factors, []
+        form_factors, found = self.before.traced.form_factors, {}
         bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
         rising = (np.diff(self.place[self.place >= 0]) > 0).all()
         kept = np.append(self.same, False)[self.after]
@@ -189,8 +189,8 @@ class Known:
             key = (self.after[part.key >> bits] << bits | part.key & (1 << bits) - 1).astype(np.int32)
             if not rising:
                 key = key[np.lexsort([key, np.repeat(np.arange(len(part.chosen)), np.diff(part.start))])]
-            found.append(Rows(self.after[part.chosen], part.start, key, part.rays))
-        return found
+            found.setdefault(part.rays, []).append(Rows(self.after[part.chosen], part.start, key, part.rays))
+        return [part for alike in found.values() for part in join_rows(alike)]
 
     def put(self, found, chosen):
         """Write what is known of some patches, (p,) bool, to a Traced: (p,) bool, of which."""

@@ -25,6 +25,7 @@ from ..sun.horizon import TerrainHorizon
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1
+ENTRIES = 1 << 19  # of a part of `join_rows`
 FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 SKY_DOME = "sky"  # the name of its first light, beside those of `sun.sky_models`
@@ -88,6 +89,21 @@ def leave_rows(rows, kept):
     entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
     start = np.concatenate([[0], np.cumsum(counts)])
     return Rows(rows.chosen[kept], start, rows.key[entries], rows.rays)
+
+
+def join_rows(parts):
+    """Rows with the same number of rays in few large parts, as loops over each begin anew: list of Rows."""
+    found, some, entries = [], [], 0
+    for place, part in enumerate(parts):
+        some.append(part)
+        entries += len(part.key)
+        if entries >= ENTRIES or place == len(parts) - 1:
+            starts = np.cumsum([0, *(rows.start[-1] for rows in some)])
+            start = np.concatenate([[0], *(rows.start[1:] + first for rows, first in zip(some, starts, strict=False))])
+            chosen, key = (np.concatenate([getattr(rows, name) for rows in some]) for name in ("chosen", "key"))
+            found.append(Rows(chosen, start, key, part.rays))
+            some, entries = [], 0
+    return found
 
 
 def check_form_factors(form_factors, count):
