@@ -10,6 +10,7 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .city import number_names
+from .join_sheets import join_sheets
 from .scene import check_scene
 from .triangulate_feet import heights_on
 
@@ -23,7 +24,8 @@ def find_ground(scene):
 
     Many meshes have no classes. A "building" without any is the ground if all of its faces point up, it covers at least
     half of the city's bounds, and most of what the others show to the side and upwards stands above it: of a roof drawn
-    by itself, or the deck of a podium, the walls of its own house stand below it or beside it.
+    by itself, or the deck of a podium, the walls of its own house stand below it or beside it. Several that meet
+    (`join_sheets`) count as one, so that pavements, lawns and squares may be objects of their own.
 
     Parameters
     ----------
@@ -51,11 +53,20 @@ def find_ground(scene):
     lowest = np.full(building.max() + 1, np.inf)
     np.minimum.at(lowest, building[own], upward[own])
     classes = np.append(np.asarray(scene.surfaces.thematic, str) != "", True)[surface]
-    lowest[building[own & classes]] = 0
-    spanned = np.bincount(building[own], upward[own] / 2)
-    for sheet in np.flatnonzero((lowest > 0) & (lowest < np.inf) & (spanned >= max(SPANNED * whole, 1e-12))):
-        if carries_most(vertices, triangles[building == sheet], vertices[triangles[own & (building != sheet)]]):
-            ground |= building == sheet
+    lowest[building[own & (classes | ground)]] = 0
+    spanned, sheets = np.bincount(building[own], upward[own] / 2), (lowest > 0) & (lowest < np.inf)
+    enough = max(SPANNED * whole, 1e-12)
+    if spanned[sheets].sum() < enough:
+        return ground
+    group, alone = np.full(len(sheets), -1), np.where(sheets, np.arange(len(sheets)), -1)
+    some = np.flatnonzero(own & sheets[building])
+    group[sheets] = join_sheets(vertices, triangles[some], np.cumsum(sheets)[building[some]] - 1, triangles)
+    for number in (group, alone):
+        area = np.bincount(number + 1, spanned)[1:]
+        for one in np.flatnonzero(area >= enough):
+            sheet = own & (number[building] == one)
+            if not ground[sheet].all() and carries_most(vertices, triangles[sheet], vertices[triangles[own & ~sheet]]):
+                ground |= sheet
     return ground
 
 

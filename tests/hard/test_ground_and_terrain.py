@@ -69,13 +69,38 @@ def test_a_cellar_under_ground_without_a_name(slope, thematic):
 BLOCK = [house((x, y, 0), (x + 12, y + 12, 9)) for x in (-40, 0, 40) for y in (-40, 0, 40)]
 SHEET = [np.array([[-90, -90, 0], [90, -90, 0], [90, 90, 0], [-90, 90, 0.0]])]  # of 180 m
 HALL = house((-50, -50, 0), (60, 60, 6))
+
+
+def sheet(west, south, east, north, rise=(0.0, 0.0)):
+    """A rectangle as an object; `rise` are the heights of its south and north."""
+    low, high = rise
+    return [np.array([[west, south, low], [east, south, low], [east, north, high], [west, north, high]], float)]
+
+
+NINE = [sheet(x, y, x + 60, y + 60) for x in (-90, -30, 30) for y in (-90, -30, 30)]
+STREETS = [*sheet(-90, -5, 90, 5), *sheet(-5, -90, 5, -5), *sheet(-5, 5, 5, 90)]
+LAWNS = [sheet(x, y, x + 85, y + 85, rise=(0.15, 0.15)) for x in (-90, 5) for y in (-90, 5)]
+STRIPS = [sheet(-90, y, 90 - y / 9, y + 60, rise=(y / 20, y / 20 + 3)) for y in (-90, -30, 30)]
+RING = [sheet(-50, -50, 50, -20), sheet(-50, 20, 50, 50), sheet(-50, -20, -20, 20), sheet(20, -20, 50, 20)]
+DECK, DECK_WALLS = sheet(55, -80, 85, -20, rise=(4, 4)), house((55, -80, 0), (85, -20, 4))[2:]
+RAMP = sheet(60, -20, 70, 20, rise=(4, 0.01))
+ROW_ROOFS = [sheet(x, -10, x + 10, 10, rise=(8, 8)) for x in range(-50, 50, 10)]
+ROW_WALLS = house((-50, -10, 0), (50, 10, 8))[2:]
 PENTHOUSE, CHIMNEY = house((0, 0, 6), (20, 20, 9)), house((40, 40, 6), (41, 41, 8))
 SHEETS = {  # objects, and which of them are ground
     "a sheet under a block": ([SHEET, *BLOCK], {0}),
     "a mesh of squares": ([mesh(lambda x, y: 0 * x, across=90, cells=4), *BLOCK], {0}),
     "on a slope, with cellars": ([mesh(lambda x, y: 0.05 * x, across=90), *([moved(one, [0, 0, -2]) for one in part]
                                   for part in BLOCK)], {0}),
-    "with streets above it": ([SHEET, [moved(one, [0, 0, 0.05]) * [1, 0.05, 1] for one in SHEET], *BLOCK], {0}),
+    "with streets above it": ([SHEET, [moved(one, [0, 0, 0.05]) * [1, 0.05, 1] for one in SHEET], *BLOCK], {0, 1}),
+    "nine sheets": ([*NINE, *BLOCK], set(range(9))),
+    "pavements a curb higher": ([STREETS, *LAWNS, *BLOCK], set(range(5))),
+    "a slope in strips of other lengths": ([*STRIPS, *BLOCK], set(range(3))),
+    "a deck reached by a ramp": ([*NINE, DECK, DECK_WALLS, RAMP, *BLOCK], set(range(9))),
+    "a canopy of four sheets": ([*([moved(one, [0, 0, 30]) for one in part] for part in LAWNS), *BLOCK], set()),
+    "roofs that touch, walls of their own": ([*ROW_ROOFS, ROW_WALLS, PENTHOUSE], set()),
+    "around a house with a cellar": ([*RING, house((-20, -20, -3), (20, 20, 12))], set(range(4))),
+    "podium of four decks": ([*LAWNS, house((-90, -90, -4), (90, 90, 0.1))[1:], *BLOCK], set()),
     "a roof over everything": ([[moved(one, [0, 0, 30]) for one in SHEET], *BLOCK], set()),
     "beside the town": ([[moved(0.001 * one, [200, 200, 0]) for one in SHEET], *BLOCK], set()),
     "looks both ways": ([[*SHEET, moved(SHEET[0][::-1], [0, 0, -1])], *BLOCK], set()),

@@ -1,0 +1,113 @@
+"""Ground that is drawn in several sheets: which of them belong together, and which are roofs or decks.
+
+────────┐ ┌─────────── a deck: walls hang      Sheets meet where one goes on beyond the rim of another, at most a
+        │ │            from its rim, or it     curb higher or lower. A canopy or a deck may touch the ground too, by
+════════╪═╪═╗          lies above another      a ramp: it is told by the walls that hang from its rim, or by the
+  sheet │ │ ╚════════  sheet                   upward face below it.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..rays.ray_scene import RayScene
+
+CURB = 0.5  # [m] largest step from one sheet to the next, and least height of a deck
+SEAM = 0.1  # [m] largest gap in plan between sheets that meet
+ALONG = (1 / 6, 1 / 2, 5 / 6)  # of an edge of the rim, where it is looked at
+MOST = 0.5  # of a rim or an area
+UP = np.array([0.0, 0.0, 1.0])
+SLIGHT = np.finfo(float).tiny
+
+
+@dataclass
+class Rim:
+    """Places on the outlines of sheets."""
+
+    place: np.ndarray  # (m, 3) float64 [m]
+    outward: np.ndarray  # (m, 3) float64, unit, level, away from the sheet
+    length: np.ndarray  # (m,) float64 [m], of the edge
+    sheet: np.ndarray  # (m,) int
+
+
+class Seen(NamedTuple):
+    """What rays meet first."""
+
+    hit: np.ndarray  # (m,) int, -1 for nothing
+    distance: np.ndarray  # (m,) float64 [m]
+    front: np.ndarray  # (m,) bool, the front of a face
+
+
+def join_sheets(vertices, triangles, sheet, among):
+    """Number sheets that together may be ground.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64 [m]
+    triangles : (k, 3) int
+        Of the sheets, all facing up.
+    sheet : (k,) int
+        Of each triangle, 0 to n - 1.
+    among : (t, 3) int
+        All triangles of the scene.
+
+    Returns
+    -------
+    (n,) int
+        The group of each sheet; -1 for those that are above something.
+    """
+    count, rim = sheet.max() + 1, look_at_rims(vertices, triangles, sheet)
+    area = np.linalg.norm(face_normals(vertices, triangles), axis=1)
+    seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
+    above = share_of(sheet, area, seen.front, count)
+    seen = look(vertices, among, rim.place + SEAM * rim.outward - CURB * UP, -rim.outward)
+    walled = share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * SEAM), count)
+    lowest = (above <= MOST) & (walled <= MOST)
+    triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
+    seen = look(vertices, triangles, rim.place + SEAM * rim.outward + CURB * UP, -UP)
+    meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * CURB)
+    pairs = rim.sheet[meets], sheet[seen.hit[meets]]
+    joined = coo_array((np.ones(len(pairs[0])), pairs), (count, count))
+    return np.where(lowest, connected_components(joined, directed=False)[1], -1)
+
+
+def look_at_rims(vertices, triangles, sheet):
+    """Places on the edges that belong to one triangle of a sheet: Rim."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    owner = np.tile(sheet, 3)
+    named = np.column_stack([owner, np.sort(edges, axis=1)])
+    _, first, shared = np.unique(named, axis=0, return_index=True, return_counts=True)
+    rim = first[shared == 1]
+    start = vertices[edges[rim, 0]]
+    along = vertices[edges[rim, 1]] - start
+    length = np.hypot(along[:, 0], along[:, 1])
+    outward = np.column_stack([along[:, 1], -along[:, 0], 0 * length]) / np.maximum(length, SLIGHT)[:, None]
+    place, count = np.concatenate([start + share * along for share in ALONG]), len(ALONG)
+    return Rim(place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count))
+
+
+def look(vertices, triangles, origins, directions):
+    """What rays, (m, 3) float64, meet first: Seen."""
+    directions = np.broadcast_to(directions, origins.shape)
+    hit = RayScene(vertices, triangles).trace_closest(origins.astype(np.float32), directions.astype(np.float32))
+    distance, front, met = np.full(len(hit), np.inf), np.zeros(len(hit), bool), hit >= 0
+    faces = triangles[hit[met]]
+    normal = face_normals(vertices, faces)
+    towards = -(normal * directions[met]).sum(axis=1)
+    away = ((origins[met] - vertices[faces[:, 0]]) * normal).sum(axis=1)
+    distance[met], front[met] = away / np.where(towards == 0, SLIGHT, towards), towards > 0
+    return Seen(hit, distance, front)
+
+
+def face_normals(vertices, triangles):
+    """Normals of triangles, twice as long as their area: (k, 3) [m²]."""
+    start = vertices[triangles[:, 0]]
+    return np.cross(vertices[triangles[:, 1]] - start, vertices[triangles[:, 2]] - start)
+
+
+def share_of(owner, weight, chosen, count):
+    """Share of the weight of each owner that is chosen: (count,)."""
+    return np.bincount(owner, weight * chosen, count) / np.maximum(np.bincount(owner, weight, count), SLIGHT)
