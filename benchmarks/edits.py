@@ -6,6 +6,7 @@ python benchmarks/edits.py examples/berlin/berlin_3910_5817.gml --edits 30 --ful
 import argparse
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +76,7 @@ def main():
         told.append([*(seen[0] - start), *(end - start), record.hemisphere_rays, record.shadow_rays])
         if number < options.full:
             start = read_clock()
-            again = stand_city(changed, request, like=scene)
+            again = stand_city(changed, request, like=replace(scene, trail=None))
             whole = trace_editable(prepare_edit(base, again, request), base.suns, request, specular=specular_of)
             full.append(
                 [*(read_clock() - start), whole.transfer.record.hemisphere_rays, whole.transfer.record.shadow_rays]

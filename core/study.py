@@ -116,7 +116,7 @@ def stand_city(city, request, report_share=ignore_share, like=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
     `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene
-    `like`, where one is given.
+    `like`, of the city before an edit, where one is given.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
@@ -131,7 +131,7 @@ def stand_city(city, request, report_share=ignore_share, like=None):
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice),
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice, like),
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene

@@ -39,6 +39,7 @@ class SceneOptions:
     sectors: str = "8"  # of `classify`
     site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
     lattice: tuple | None = None  # of generated ground of another scene, kept where the city still lies on it
+    before: Scene | None = None  # before an edit: what the edit leaves as it was is not found again
 
 
 def build_scene(
@@ -119,7 +120,7 @@ def build_scene(
     report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
-    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0), options.before)
     _note_sheets(scene)
     report_share(1.0)
     return scene

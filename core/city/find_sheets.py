@@ -12,9 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from ..rays.random_numbers import GOLDEN, mix, uniform
+from ..rays.random_numbers import GOLDEN, mix, name_rows, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
+from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import ignore_share, report_part
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import AT_ONCE, find_ground
@@ -46,9 +47,12 @@ class Faces:
     width: np.ndarray  # (t,) float64 [m], the least height
     offset: np.ndarray  # (t,) float64 [m], distance of ray origins from the face
     footprint: np.ndarray  # (t,) bool, counts as a back from either side
+    surface: np.ndarray  # (t,) int
+    shapes: tuple  # of (t, 3) and (t, 2, 3) float32 [m], as of `Trail.note`
+    trail: Trail | None  # of the rays of each surface
 
 
-def find_sheets(scene, report_share=ignore_share):
+def find_sheets(scene, report_share=ignore_share, before=None):
     """Triangles of faces that have no thickness and enclose nothing.
 
     Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
@@ -57,27 +61,96 @@ def find_sheets(scene, report_share=ignore_share):
     Parameters
     ----------
     scene : Scene
-        Including its ground, if any.
+        Including its ground, if any; gets the trail of the rays.
     report_share : callable, optional
         As of `build_scene`, of the sheets.
+    before : Scene, optional
+        Before an edit: only what that may change is judged again.
 
     Returns
     -------
     (t,) bool
     """
+    surface, judged = scene.triangle_surface, find_judged(scene)
     sheet = np.zeros(len(scene.triangles), bool)
-    judged = (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
     if not judged.any():
         return sheet
-    faces, count = faces_of_scene(scene), len(scene.surfaces)
+    place, boxes, trail = np.full(len(scene.surfaces), -1), np.zeros((0, 2, 3)), before and before.trail
+    if trail is not None:
+        place, boxes = match_surfaces(before, scene)
+        was_sheet = np.zeros(len(before.surfaces), bool)
+        was_sheet[before.triangle_surface[before.sheet]] = True
+        sheet = judged & ((place >= 0) & was_sheet[place])[surface]
+    scene.trail = (trail or begin_trail(scene, np.zeros((0, 2, 3)))).of_others(boxes_of_surfaces(scene), place)
+    faces, known = faces_of_scene(scene), sheet.copy()
+    asked = (place < 0) | scene.trail.passing(boxes)
+    while True:
+        sheet &= ~asked[surface]
+        judge_faces(faces, np.flatnonzero(judged & asked[surface] & (faces.area > 0)), sheet, report_share)
+        # The back of a sheet is no inside: what looks at one that comes or goes is judged again.
+        turned = np.flatnonzero((sheet != known) & ~(place < 0)[surface])
+        also = scene.trail.passing(boxes_of(faces.vertices[faces.triangles[turned]])) & ~asked
+        if not also.any():
+            return sheet
+        asked |= also
+
+
+def find_judged(scene):
+    """Triangles that may be sheets: (t,) bool."""
+    return (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
+
+
+def match_surfaces(before, scene):
+    """The same surface before an edit for each surface, (n,) int, -1 if there is none; and boxes around all triangles
+    that only one of the scenes has: (b, 2, 3) float64 [m]."""
+    number = {name: row for row, name in enumerate(before.surfaces.surface_id)}
+    place = np.array([number.get(name, -1) for name in scene.surfaces.surface_id])
+    corners, names, owners = [], [], []
+    for one, surface in ((before, np.arange(len(before.surfaces))), (scene, place)):
+        own = np.ones(len(one.triangles), bool) if one.back_of is None else one.back_of < 0
+        owners.append(one.triangle_surface[own])
+        corners.append(np.asarray(one.vertices, float)[one.triangles[own]])
+        kinds = one.footprint[own], one.closure[own], find_judged(one)[own]
+        names.append(name_rows([corners[-1], np.append(surface, -1)[owners[-1]], np.stack(kinds, axis=1)]))
+    alone = [~np.isin(mine, theirs) for mine, theirs in zip(names, names[::-1], strict=True)]
+    lost = np.zeros(len(before.surfaces) + 1, bool)
+    lost[owners[0][alone[0]]] = True
+    same = (place >= 0) & ~lost[place]
+    same[owners[1][alone[1] & (owners[1] >= 0)]] = False
+    parts = [part[some] for part, some in zip(corners, alone, strict=True)]
+    return np.where(same, place, -1), boxes_of(np.concatenate(parts))
+
+
+def boxes_of_surfaces(scene):
+    """Box around the triangles of each surface: (n, 2, 3) float64 [m]; that of one without any touches nothing."""
+    boxes = np.full((len(scene.surfaces), 2, 3), [[np.inf], [-np.inf]])
+    order = np.argsort(scene.triangle_surface, kind="stable")[(scene.triangle_surface < 0).sum() :]
+    corners, surface = np.asarray(scene.vertices, float)[scene.triangles[order]], scene.triangle_surface[order]
+    first = np.flatnonzero(np.diff(surface, prepend=-1))
+    boxes[surface[first], 0] = np.minimum.reduceat(corners.min(axis=1), first)
+    boxes[surface[first], 1] = np.maximum.reduceat(corners.max(axis=1), first)
+    return boxes
+
+
+def judge_faces(faces, rows, sheet, report_share):
+    """Set those of some triangles, all of some surfaces, that are sheets, where the other sheets are known.
+
+    Parameters
+    ----------
+    faces : Faces
+    rows : (r,) int
+    sheet : (t,) bool
+        Written.
+    report_share : callable
+    """
+    count = faces.surface.max() + 1
 
     def mean(rows, values):
         """Area-weighted mean over the surface of each triangle; all triangles of each surface are given."""
-        surface, area = scene.triangle_surface[rows], faces.area[rows]
+        surface, area = faces.surface[rows], faces.area[rows]
         whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
-    rows = np.flatnonzero(judged & (faces.area > 0))
     rows = rows[mean(rows, faces.width[rows]) >= SLIVER]
     backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
     rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
@@ -92,17 +165,17 @@ def find_sheets(scene, report_share=ignore_share):
             rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
             begin += EACH
     inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
+    news = sheet.any()  # those that are known do not count so far
     for _ in range(MOST_ROUNDS):
         found = ~inside.any(axis=0)
-        if not found.any():
+        if not found.any() and not news:
             break
-        sheet[rows[found]] = True
+        news, sheet[rows[found]] = False, True
         rows, inside = rows[~found], inside[:, ~found]
         for side, doubtful in zip((-1, 1), inside, strict=True):
             some = rows[doubtful]
             backs, _ = follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
             doubtful[doubtful] = mean(some, backs / MANY) >= ENCLOSED
-    return sheet
 
 
 def faces_of_scene(scene):
@@ -110,10 +183,12 @@ def faces_of_scene(scene):
     vertices, count, tiny = np.asarray(scene.vertices, float), len(scene.triangles), np.finfo(float).tiny
     along, normal = np.empty((2, count, 3))
     area, width, offset = np.empty((3, count))
+    shapes = np.empty((count, 3), np.float32), np.empty((count, 2, 3), np.float32)
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
         corners = vertices[scene.triangles[some]]
         edges = corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]
+        shapes[0][some], shapes[1][some] = corners[:, 0], edges[:, :2]
         length, across = np.linalg.norm(edges, axis=2), np.cross(edges[:, 0], edges[:, 1])
         doubled = np.linalg.norm(across, axis=1)
         along[some] = edges[:, 0] / np.maximum(length[:, :1], tiny)
@@ -122,7 +197,8 @@ def faces_of_scene(scene):
         reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges[:, :2]).max(axis=(1, 2))
         offset[some] = SPACINGS * np.finfo(np.float32).eps * reach
     ray_scene = RayScene(vertices, scene.triangles)
-    return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, scene.footprint)
+    kept = scene.footprint, scene.triangle_surface, shapes, scene.trail
+    return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
 
 
 def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=ignore_share):
@@ -182,7 +258,9 @@ def follow_some(faces, rows, side, rays, sheet):
     met, sides, weights = rows[owner], np.full(len(owner), float(side)), weights[:, number]
     for hop, towards in enumerate(local):
         origins, directions = leave_faces(faces, met, weights, sides, towards[:, number])
-        hit, *weights = faces.ray_scene.trace_places(origins, directions)
+        hit, *weights = places = faces.ray_scene.trace_places(origins, directions)
+        if faces.trail is not None:
+            faces.trail.note(faces.shapes, faces.surface[rows[owner]], (origins, directions), places)
         along = (faces.normal[hit] * directions).sum(axis=1)  # positive at backs
         if hop == 0:
             back = (hit >= 0) & ((along > 0) | faces.footprint[hit])

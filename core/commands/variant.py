@@ -57,10 +57,10 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
     with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
         kept = read_rays(base_folder)
         base = restore_base(kept, read_transfer(Path(base_folder) / "transfer.nc"))
-        weather = read_year(kept.site, kept.request)
-        log.write(describe_weather(weather, kept.site))
+        weather = read_year(kept.scene.site, kept.request)
+        log.write(describe_weather(weather, kept.scene.site))
         log.clock.lap("read base")
-        city, request = edit_city(kept.city, read_change(wish, kept), kept.site.convergence), kept.request
+        city, request = edit_city(kept.city, read_change(wish, kept), kept.scene.site.convergence), kept.request
         if wish.albedo_of:
             request = replace(
                 request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
@@ -85,9 +85,8 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
 
 def restore_base(kept, transfer):
     """The traced city of rays.nc and transfer.nc: EditableCity."""
-    scene = stand_city(kept.city, kept.request, like=kept)
     known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of, "trail": kept.trail}
-    return restore_editable(scene, kept.request, transfer, **known)
+    return restore_editable(kept.scene, kept.request, transfer, **known)
 
 
 def write_errors(path, base, edited, weather, request):
@@ -105,7 +104,7 @@ def read_change(wish, kept):
     for path in wish.add:
         city = read_city([path], unit=kept.request.unit, up=kept.request.up, orient=kept.request.orient)
         if wish.local:
-            city = place_local(city, kept.site, kept.city.crs)
+            city = place_local(city, kept.scene.site, kept.city.crs)
         elif city.crs is None and kept.city.crs is not None:
             cure = "add --local if it is in metres from the local origin of the base"
             raise InputError(path, "names no coordinate reference system", cure)

@@ -6,11 +6,9 @@ import numpy as np
 from numba import njit
 
 from ..patches.patches import Patches
-from ..rays.random_numbers import mix
+from ..rays.random_numbers import mix, name_rows
 
 WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
-SIDE = 10.0  # [m] of the squares in plan by which boxes of changed triangles are told apart
-MOST_BOXES = 1 << 10
 LEAST = 1e-12  # part of a direction along an axis that is told from none
 FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
 
@@ -29,20 +27,9 @@ def match_patches(before, after):
 
 def name_patches(prepared):
     """A number of 64 bits for each patch that tells all of it but its albedo: (p,) uint64, distinct."""
-    patches, count = prepared.patches, len(prepared.patches)
     corners = np.asarray(prepared.scene.vertices, float)[prepared.scene.triangles]
-    parts = [corners, *(getattr(patches, one.name) for one in fields(Patches) if one.name not in WITHOUT)]
-    words = np.zeros(count, np.uint64)
-    for part in parts:
-        packed = np.ascontiguousarray(part.reshape(count, -1)).view(np.uint8)
-        packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8)))
-        for column in packed.view(np.uint64).T:
-            words = mix(words + np.uint64(1) ^ column)
-    # Of several alike, the first is the first, the second the second.
-    order = np.argsort(words, kind="stable")
-    first = np.searchsorted(words[order], words[order])
-    words[order] = mix(words[order] + (np.arange(count) - first).astype(np.uint64))
-    return words
+    names = [one.name for one in fields(Patches) if one.name not in WITHOUT]
+    return name_rows([corners, *(getattr(prepared.patches, name) for name in names)])
 
 
 def corners_of(scene, chosen):
@@ -98,22 +85,6 @@ def name_trees(foliage):
     for depth in (*foliage.in_leaf, *foliage.bare):
         names = mix(names ^ np.ascontiguousarray(depth, float).view(np.uint64))
     return names
-
-
-def boxes_of(corners):
-    """Boxes around triangles, (k, 3, 3): the first around all, the others around those in each square of the plan.
-
-    Returns
-    -------
-    (b, 2, 3) float64 [m]
-        None without triangles.
-    """
-    if not len(corners):
-        return np.zeros((0, 2, 3))
-    square = np.unique(np.floor(corners.mean(axis=1)[:, :2] / SIDE), axis=0, return_inverse=True)[1].ravel()
-    square = square if square.max() < MOST_BOXES else np.zeros_like(square)
-    inside = [corners, *(corners[square == one] for one in range(square.max() + 1))]
-    return np.array([(part.min(axis=(0, 1)), part.max(axis=(0, 1))) for part in inside])
 
 
 @njit(nogil=True, cache=True)

@@ -16,14 +16,14 @@ import numpy as np
 
 from ..city.canopy import forget_rays
 from ..patches.patches import Patches
-from ..patches.trail import AROUND, begin_trail
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
+from ..rays.trail import AROUND, begin_trail, boxes_of, boxes_of_patches
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.threads import map_in_order
-from .compare_cities import boxes_of, corners_of, mark_altered, match_patches, name_trees, pass_boxes
+from .compare_cities import corners_of, mark_altered, match_patches, name_trees, pass_boxes
 from .editable_city import EditableCity, check_editable, prepare_decided
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
@@ -62,7 +62,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     """
     check_editable(prepared, request)
     prepared, states, foliage = replace(build_tree(prepared, request), editable=True), [], prepared.plan.foliage
-    trail = known[0].new_trail if known[0] else begin_trail(prepared.patches, prepared.scene)
+    trail = known[0].new_trail if known[0] else begin_trail(prepared.scene, boxes_of_patches(prepared.patches))
     prepared.plan.ray_scene.trail = trail
     for bare in (False, True)[: 1 + bool(foliage and foliage.seasonal)]:
         state = replace(prepared, bare=bare)
@@ -170,7 +170,7 @@ class Known:
     @property
     def new_trail(self):
         """Trail of the edited city, so far as it is known."""
-        return self.trail.of_patches(self.prepared.patches, self.place)
+        return self.trail.of_others(boxes_of_patches(self.prepared.patches), self.place)
 
     @cached_property
     def same(self):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ..patches.trail import EVERYWHERE, Trail, begin_trail
+from ..rays.trail import Trail
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import Request
@@ -74,7 +74,7 @@ def prepare_decided(decisions, scene, request, progress=silent):
     return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
 
 
-def restore_editable(scene, request, transfer, *, decisions, states, specular, trail=None):
+def restore_editable(scene, request, transfer, *, decisions, states, trail, specular):
     """A traced city as it was, from what its rays and suns met: EditableCity.
 
     Parameters
@@ -85,10 +85,8 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular, t
     decisions : Decisions
     states : list of dict
         Of each state of the trees, fields of TracedCity: traced, lights and direct, and the bits of `Shadows`.
-    specular : callable
+    trail, specular
         As of `EditableCity`.
-    trail : Trail, optional
-        Where it is known.
 
     Raises
     ------
@@ -97,9 +95,6 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular, t
     """
     prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
     found = []
-    if trail is None:
-        trail = begin_trail(prepared.patches, prepared.scene)
-        trail.seen[:] = EVERYWHERE
     for bare, kept in enumerate(states):
         traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))
         if len(bits) != len(prepared.patches):
@@ -109,5 +104,5 @@ def restore_editable(scene, request, transfer, *, decisions, states, specular, t
         context = prepare_gather(state, request, silent)
         task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
         task.bits = bits
-        found.append(TracedCity(state, context, traced, task, lights, direct, own, kept.get("room")))
+        found.append(TracedCity(state, context, traced, task, lights, direct, own, kept["room"]))
     return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, trail, specular)

@@ -80,3 +80,21 @@ def fill_uniform(keys, counters, found):
             word = (word ^ (word >> SHIFTS[0])) * FACTORS[0]
             word = (word ^ (word >> SHIFTS[1])) * FACTORS[1]
             found[row, column] = np.float32((word ^ (word >> SHIFTS[2])) >> SHIFTS[3]) * LEAST
+
+
+def name_rows(parts):
+    """A number of 64 bits for each row of some arrays of n rows, from all that it holds: (n,) uint64, distinct.
+
+    Of several rows alike the first has the same number in any set of rows, and so has the second.
+    """
+    count = len(parts[0])
+    words = np.zeros(count, np.uint64)
+    for part in parts:
+        packed = np.ascontiguousarray(part.reshape(count, -1)).view(np.uint8)
+        packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8)))
+        for column in packed.view(np.uint64).T:
+            words = mix(words + np.uint64(1) ^ column)
+    order = np.argsort(words, kind="stable")
+    first = np.searchsorted(words[order], words[order])
+    words[order] = mix(words[order] + (np.arange(count) - first).astype(np.uint64))
+    return words

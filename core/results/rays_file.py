@@ -16,24 +16,24 @@ import numpy as np
 
 from ..city.build_ground import Lattice
 from ..city.city import City, ImportReport, Polygon, Tree
-from ..city.scene import Site
+from ..city.scene import Crowns, Scene, Site, Surfaces
 from ..city.terrain import Layer, Terrain
 from ..light.editable_city import Decisions
 from ..light.light_errors import LightError
 from ..light.solve_sky import SkyLight
 from ..light.solve_suns import Annual, SunLight
 from ..light.traced import FirstLight, FormFactors, Rows, Traced
-from ..patches.trail import Trail
+from ..rays.trail import Trail
 from ..settings.errors import InputError
 from ..settings.request import Request
 from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays 1"
+NAME, FORMAT = "rays.nc", "CityPV rays 2"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (Lattice, Trail, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
+TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
@@ -46,13 +46,12 @@ class KeptRays:
     """What rays.nc holds."""
 
     city: City  # as read
-    site: Site
-    lattice: Lattice | None  # of generated ground
+    scene: Scene
     request: Request  # its files lie in a temporary folder
     names: dict  # of these settings: the files that were given
     decisions: Decisions
     states: list  # of dict, of `keep_state`: in leaf, and bare where trees are deciduous
-    trail: Trail | None = None
+    trail: Trail
 
 
 def write_rays(path, base, city, names=None):
@@ -87,8 +86,7 @@ def write_rays(path, base, city, names=None):
     told = request.as_dict() | dict.fromkeys(FILES) | {"site_of": None}
     content = {
         "city": city,
-        "site": base.transfer.site,
-        "lattice": base.leaf.prepared.scene.lattice,
+        "scene": base.leaf.prepared.scene,
         "request": told,
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
@@ -150,8 +148,8 @@ def read_rays(folder):
         raise InputError(path, f"cannot be read ({error})", CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
     request = Request(**found["request"])
-    known = {name: found[name] for name in ("city", "site", "lattice", "names", "decisions", "states")}
-    kept = KeptRays(request=request, trail=found.get("trail"), **known)
+    known = {name: found[name] for name in ("city", "scene", "names", "decisions", "states", "trail")}
+    kept = KeptRays(request=request, **known)
     weakref.finalize(kept, remove_files, place)
     for name, (file_name, data) in found["files"].items():
         own = Path(place, Path(file_name).name)

@@ -210,7 +210,8 @@ def try_edit(base_of, name, seed):
     change = draw_change(city, np.random.default_rng([seed, *name.encode()]))
     after = edit_city(city, change, base.transfer.site.convergence)
     edited = trace_edit(base, after)
-    prepared = prepare_edit(base, stand_city(after, base.request, like=base.leaf.prepared.scene), base.request)
+    alone = replace(base.leaf.prepared.scene, trail=None)  # of sheets nothing is taken over
+    prepared = prepare_edit(base, stand_city(after, base.request, like=alone), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
     apart = check_law(base, edited, full)
     return apart, 1 - edited.transfer.record.hemisphere_rays / full.transfer.record.hemisphere_rays

@@ -13,7 +13,8 @@ OUTSIDE = np.array([triangle for a, b, c, d in SIDES for triangle in ((a, b, c),
 
 def faces_of(vertices, triangles):
     nothing = np.zeros(len(triangles), bool)
-    return faces_of_scene(SimpleNamespace(vertices=vertices, triangles=np.array(triangles), footprint=nothing))
+    made = {"footprint": nothing, "triangle_surface": np.arange(len(triangles)), "trail": None}
+    return faces_of_scene(SimpleNamespace(vertices=vertices, triangles=np.array(triangles), **made))
 
 
 def test_within_a_box_all_rays_hit_backs_and_none_reaches_the_sky():

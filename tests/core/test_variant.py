@@ -127,7 +127,7 @@ def test_a_flipped_bit_is_refused_or_changes_nothing(folder, tmp_path):
 
 def test_local_trees_and_buildings_stand_by_the_origin(folder):
     """A box and a tree of a city in metres from the origin of the base, whose grid is turned by its convergence."""
-    site = read_rays(folder / "base").site
+    site = read_rays(folder / "base").scene.site
     tree = Tree("t", "made", 1, place=np.array([30.0, 40.0, 0.0]), height=9.0)
     city = make_city(box("new", 30, 40, 5, 5, 0, 9))
     city.trees = [tree]

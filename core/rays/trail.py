@@ -14,25 +14,25 @@ from numba import njit
 SQUARES = 16  # along each side: one bit each
 LAYERS = np.array([1 / 4, 1.0])  # of the city's height, where they end; the last one has no end
 AROUND = 1.0  # [m] around each patch in which it looks for faces that touch it, or leave it no room
-EVERYWHERE = np.uint16(0xFFFF)
+SIDE, MOST_BOXES = 10.0, 1 << 10  # [m] of the squares by which boxes of edits are told apart, and their number
 ROUNDING = 0.01  # [m] around what is edited
 
 
 @dataclass
 class Trail:
-    """Parts of a city that the rays of p patches pass."""
+    """Parts of a city that the rays of p patches pass, or of p surfaces."""
 
     edges: np.ndarray  # (2, SQUARES + 1) float64 [m], of the squares along x and y, ascending
     ends: np.ndarray  # (2,) float64 [m], of the layers
     seen: np.ndarray  # (p, SQUARES, 3) uint16: of each row of squares and layer a bit for each square
 
-    def note(self, patches, owner, rays, places):
+    def note(self, shapes, owner, rays, places):
         """Add rays of some patches.
 
         Parameters
         ----------
-        patches : Patches
-            Of what they meet.
+        shapes : tuple of (t, 3) float32 and (t, 2, 3) float32 [m]
+            First corner and edges of the triangles that they meet.
         owner : (m,) int
             The patch that sends each.
         rays : tuple of two (m, 3) float32 [m]
@@ -42,7 +42,7 @@ class Trail:
         """
         rays = tuple(np.ascontiguousarray(part.T, np.float32) for part in rays)
         places = tuple(np.ascontiguousarray(part) for part in places)
-        pass_squares((owner, *rays), (patches.corner, patches.edges, *places), tuple(vars(self).values()))
+        pass_squares((owner, *rays), (*shapes, *places), tuple(vars(self).values()))
 
     def passing(self, boxes):
         """Patches with rays that pass any of some boxes, (b, 2, 3) [m]: (p,) bool."""
@@ -52,10 +52,12 @@ class Trail:
         edited = np.bitwise_or.reduce(self._mark(boxes), axis=0)
         return (self.seen & edited).any(axis=(1, 2))
 
-    def of_patches(self, patches, place=None):
-        """The same of other patches, with what those passed that they are the same as, (p,) int, or -1: Trail."""
-        corners = patches.corner[:, None] + np.pad(patches.edges, ((0, 0), (1, 0), (0, 0)))
-        boxes = np.stack([corners.min(axis=1) - AROUND, corners.max(axis=1) + AROUND], axis=1).astype(float)
+    def of_others(self, boxes, place=None):
+        """The same of other patches in boxes, (q, 2, 3) [m], with what those passed that they are the same as: Trail.
+
+        `place`, (q,) int, has the number of that patch, or -1.
+        """
+        boxes = boxes + np.array([[-AROUND], [AROUND]])
         boxes[..., 2] = [-np.inf, np.inf]
         seen = self._mark(boxes)
         if place is not None:
@@ -74,14 +76,41 @@ class Trail:
         return np.where(some, bits[:, None, None], np.uint16(0))
 
 
-def begin_trail(patches, scene):
-    """Trail of patches of a scene that sent no rays yet. Squares are small where there is much to see."""
+def begin_trail(scene, boxes):
+    """Trail of patches in boxes, (p, 2, 3) [m], of a scene, that sent no rays yet. Squares are small where there is
+    much to see."""
     low, high = np.min(scene.vertices, axis=0), np.max(scene.vertices, axis=0)
     places = scene.vertices[np.unique(scene.triangles[scene.triangle_surface >= 0])]
     edges = np.quantile(places[:, :2], np.linspace(0, 1, SQUARES + 1), axis=0).T
     edges[:, [0, -1]] = np.stack([low, high], axis=1)[:2]
     none = np.zeros((0, SQUARES, len(LAYERS) + 1), np.uint16)
-    return Trail(edges, low[2] + LAYERS * (high - low)[2], none).of_patches(patches)
+    return Trail(edges, low[2] + LAYERS * (high - low)[2], none).of_others(boxes)
+
+
+def boxes_of_patches(patches):
+    """Box around each patch: (p, 2, 3) float64 [m]."""
+    corners = patches.corner[:, None].astype(float) + np.pad(patches.edges, ((0, 0), (1, 0), (0, 0)))
+    return np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+
+
+def boxes_of(corners):
+    """Boxes around triangles, (k, 3, 3): the first around all, the others around those in each square of the plan.
+
+    Returns
+    -------
+    (b, 2, 3) float64 [m]
+        None without triangles.
+    """
+    if not len(corners):
+        return np.zeros((0, 2, 3))
+    square = np.unique(np.floor(corners.mean(axis=1)[:, :2] / SIDE), axis=0, return_inverse=True)[1].ravel()
+    square = square if square.max() < MOST_BOXES else np.zeros_like(square)
+    order = np.argsort(square, kind="stable")
+    first = np.flatnonzero(np.diff(square[order], prepend=-1))
+    low = np.minimum.reduceat(corners.min(axis=1)[order], first)
+    high = np.maximum.reduceat(corners.max(axis=1)[order], first)
+    parts = np.stack([low, high], axis=1)
+    return np.concatenate([[[low.min(axis=0), high.max(axis=0)]], parts])
 
 
 @njit(nogil=True, cache=True)
@@ -93,7 +122,7 @@ def pass_squares(rays, ends, trail):
     rays : tuple of (m,) int, (3, m) float32 and (3, m) float32
         Patch that each belongs to, origins [m] and unit directions.
     ends : tuple
-        `corner` and `edges` of `Patches`, and the parts of `HitPlaces`.
+        Shapes as of `Trail.note`, and the parts of `HitPlaces`.
     trail : tuple
         Fields of Trail, of which the last one is written.
 
@@ -116,7 +145,7 @@ def pass_squares(rays, ends, trail):
             square[axis] = np.searchsorted(edges[axis], origins[axis, ray]) - 1
             outside |= square[axis] < 0 or square[axis] >= SQUARES
         if outside:  # of the squares of the city before an edit
-            own[:] = EVERYWHERE
+            own[:] = 0xFFFF
             continue
         begun = 0.0
         while True:
