@@ -1,0 +1,184 @@
+"""Hard edits of a city: at its border, of its terrain, materials, trees, mirrors, racks, sheets and courtyards."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cities import box, make_city
+from reliefs import hill, tin
+from test_edit_light import check_law, make, tree
+
+from citypv.core.city.city import City
+from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.light.difference import errors_of_difference
+from citypv.core.light.edit_light import prepare_edit, trace_editable
+from citypv.core.photons.specular_light import specular_of
+from citypv.core.settings.progress import CancelledError
+from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base, trace_edit
+
+pytestmark = pytest.mark.once
+
+
+def add(*args):
+    return Change(added=(make_city(box("new", *args)),))
+
+
+def walls_below_a_canopy():
+    """Those of a house whose roof it then is."""
+    walls = [part for part in box("new", 6, 2, 10, 7, 0, 3.9) if part[1] == "WallSurface"]
+    return Change(added=(make_city(walls),))
+
+
+def other_hill(x, y):
+    """The hill with a pit in its middle."""
+    return hill(x, y) - 3.0 * np.exp(-((np.asarray(x) - 15) ** 2 + (np.asarray(y) - 15) ** 2) / 200)
+
+
+def dig(city):
+    points, triangles = tin((-80.0, -80.0), (120.0, 120.0), 20.0, other_hill)
+    return replace(city, terrain=Terrain("another hill", [Layer(points, triangles)]))
+
+
+def flatten(city):
+    """Without terrain."""
+    return replace(city, terrain=None)
+
+
+ALBEDOS = {
+    "brighter": "surface,albedo\nfacade,0.6\nflat,0.1\n",
+    "a mirror": "surface,albedo,material\nfacade,0.6,mirror\n",
+}
+EDITS = {
+    "far beyond the border": ("row", add(400, 300, 12, 9, 0, 30), None),
+    "the border house gone": ("houses", Change(removed=["b0"]), None),
+    "across the border": ("houses", add(36, -6, 20, 20, 0, 9), None),
+    "below the ground of before": ("houses", add(20, 50, 9, 9, -6, 5), None),
+    "all but one gone": ("houses", Change(removed=[f"b{k}" for k in range(8)]), None),
+    "a pit in the hill": ("terrain", dig, None),
+    "no hill": ("terrain", flatten, None),
+    "a house into the hill": ("terrain", Change(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}), None),
+    "brighter walls": ("row", Change(), "brighter"),
+    "mirrors come": ("row", Change(raised={"b1": 2.0}), "a mirror"),
+    "mirrors go": ("mirror", Change(), "brighter"),
+    "a mirror goes": ("mirror", Change(removed=["b2"]), "a mirror"),
+    "trees move and grow": ("trees", Change(moved={"t0": (-11.0, 3.0), "t1": (30.0, -20.0)}, removed=["b4"]), None),
+    "trees go": ("trees", Change(removed=["t0", "t1"]), None),
+    "a roof with racks rises": ("racks", Change(raised={"b4": 5.0}), None),
+    "a tower beside racks": ("racks", add(13, 13, 2, 2, 0, 40), None),
+    "the canopy gets walls": ("canopy", walls_below_a_canopy(), None),
+    "the canopy goes": ("canopy", Change(removed=["b1"]), None),
+    "the canopy's house goes": ("canopy", Change(removed=["b0"]), None),
+    "a roof over the court": ("courtyard", add(7, 7, 16, 16, 12, 12.5), None),
+    "the court opens": ("courtyard", Change(removed=["b1"]), None),
+    "the court narrows": ("courtyard", Change(moved={"b4": (-4.99, 0.0)}), None),
+    "a wall that touches": ("row", add(40, 0, 8, 10, 0, 20), None),
+    "twice in one place": ("row", add(8, 0, 8, 10, 0, 9), None),
+}
+FAST = ("far beyond the border", "the canopy gets walls", "mirrors come", "twice in one place")
+
+
+def make_base(name, folder, albedo=None):
+    city, request = make(name)
+    if name == "trees":
+        city.trees.append(tree("t2", 30, 4))
+    if name == "mirror":
+        request = replace(request, albedo_file=str(write_albedos(folder, "a mirror")))
+    scene = place_city(city, request)
+    return city, trace_base(scene, read_year(scene.site, request), request)
+
+
+def write_albedos(folder, name):
+    path = folder / f"{name}.csv"
+    path.write_text(ALBEDOS[name])
+    return path
+
+
+@pytest.fixture(scope="module")
+def bases(tmp_path_factory):
+    folder, known = tmp_path_factory.mktemp("albedos"), {}
+
+    def base(name):
+        if name not in known:
+            known[name] = make_base(name, folder)
+        return *known[name], folder
+
+    return base
+
+
+@pytest.mark.parametrize("name", [one if one in FAST else pytest.param(one, marks=pytest.mark.slow) for one in EDITS])
+def test_a_hard_edit_is_a_full_run(bases, name):
+    kind, change, albedo = EDITS[name]
+    city, base, folder = bases(kind)
+    after = change(city) if callable(change) else edit_city(city, change, base.transfer.site.convergence)
+    assert isinstance(after, City)
+    request = replace(base.request, albedo_file=albedo and str(write_albedos(folder, albedo)))
+    edited = trace_edit(base, after, request=request)
+    alone = stand_city(after, request, like=replace(base.leaf.prepared.scene, trail=None))
+    full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
+    assert np.array_equal(edited.leaf.prepared.scene.sheet[: len(alone.sheet)], alone.sheet)
+    assert check_law(base, edited, full) <= 12
+
+
+def hours_of_neighbours(before, after, weather):
+    """What the houses of `before` lose, area by full load hours [m² h] of each, and the sum of its stated errors."""
+    found, rows = errors_of_difference(before, after)
+    hours = [compute_energy(one.transfer, weather, one.request).full_load_hours for one in (before, after)]
+    area = found.surfaces.area * found.surfaces.eligible
+    change = np.where(area > 0, hours[1][rows[1]] - hours[0][rows[0]], 0)
+    error = np.nan_to_num(compute_energy(found, weather, after.request).full_load_hours_standard_error)
+    return area * change, area * error
+
+
+@pytest.mark.slow
+def test_what_neighbours_lose_is_the_difference_of_two_full_runs():
+    """A tower beside nine houses: by an edit, and by two runs each of six seeds, which share no ray with it."""
+    city, request = make("houses")
+    request = replace(request, samples=256, suns="days:4")
+    after, scene = edit_city(city, add(13, -8, 5, 5, 0, 30)), place_city(city, request)
+    weather = read_year(scene.site, request)
+    base = trace_base(scene, weather, request)
+    lost, error = hours_of_neighbours(base, trace_edit(base, after), weather)
+    runs = []
+    for seed in range(1, 7):
+        again = [
+            trace_base(one, weather, replace(request, seed=seed))
+            for one in (scene, stand_city(after, request, like=scene))
+        ]
+        runs.append(hours_of_neighbours(*again, weather)[0])
+    mean, scatter = np.mean(runs, axis=0), np.std(runs, axis=0, ddof=1)
+    assert lost.sum() < -1000
+    whole = np.std(np.sum(runs, axis=1), ddof=1) * np.sqrt(1 + 1 / 6)
+    assert abs(lost.sum() - mean.sum()) < 5 * whole  # Student's t of 5 degrees of freedom: one in 250
+    assert whole < 0.05 * abs(lost.sum())
+    apart = np.sqrt(error**2 + scatter**2 / 6)
+    shaded = error > 0
+    assert (np.abs(lost - mean)[shaded] < 5 * apart[shaded] + 1e-9).all()
+    assert (lost[error == 0] == 0).all()
+
+
+def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
+    city, base, _ = bases("houses")
+    after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
+    whole = trace_edit(base, after, lambda stage, *_: stages.append(stage), preview=lambda *_: None)
+    told = list(dict.fromkeys(stages))
+    assert told == [
+        "building the scene",
+        "planning effects",
+        "sky and reflections",
+        "comparing rays",
+        "finding interior surfaces",
+        "reflections of the sky",
+        "annual light of the suns",
+        "suns",
+    ]
+    for stage in told:
+
+        def stop(now, *_, stage=stage):
+            if now == stage:
+                raise CancelledError
+
+        with pytest.raises(CancelledError):
+            trace_edit(base, after, stop, preview=lambda *_: None)
+    again = trace_edit(base, after)
+    assert check_law(base, again, whole) == 0
