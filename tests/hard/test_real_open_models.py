@@ -116,10 +116,13 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     brighter, darker = complaints(town, shares)
     assert not brighter.any()
     assert not darker[:, SKY].any()
-    # Cells of a 64th judge the rest: along the edge of what is covered a tenth of it may go.
+    # Cells of a 64th judge the rest: along the edge of what is covered a tenth of it may go. Of such walls the same
+    # points count twice: rays of others differed by 0.10 on a wall covered all over, with a standard error of 0.06.
     _, rows, _, by_ray, points = walls_of(town)
-    lost = by_ray[:, : FRONT + 1] - np.where(is_covered(points)[..., None], points[..., : FRONT + 1], 0).mean(axis=1)
-    assert (lost - shares).max() < 0.11
+    covered = is_covered(points)[..., None]
+    uncovered = np.where(covered, 0, points[..., : FRONT + 1]).mean(axis=1)
+    lost = np.where(covered.any(axis=1), uncovered, by_ray[:, : FRONT + 1])
+    assert (lost - shares).max() < 0.09
     assert darker.mean(axis=0).max() < 0.03
     assert shares.mean(axis=0)[SKY] == pytest.approx(by_ray[:, SKY].mean(), abs=2e-3)
     assert shares.mean(axis=0)[FAR] == pytest.approx(lost.mean(axis=0)[FAR], abs=2e-3)
