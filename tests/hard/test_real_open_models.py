@@ -177,7 +177,9 @@ def test_the_whole_chain(town):
         return np.average(hours[chosen], weights=surfaces.area[chosen])
 
     facade, covered = surfaces.kind == "facade", transfer.covered_share > 0.99
-    south, north = (facade & (surfaces.orientation == side) for side in ("south", "north"))
+    # Quarters: Manhattan's streets run 29° off north, and in the narrower sectors of 45° hardly a wall stands.
+    southward = np.cos(np.radians(surfaces.surface_azimuth - 180))
+    south, north = (facade & (side * southward > np.sqrt(0.5)) for side in (1, -1))
     top = np.isin(surfaces.kind, ("flat", "roof"))
     assert 50 < mean(north) < mean(south) < mean(top) < 2000
     assert hours[facade & covered].max() < 100  # what is covered all over gets nothing, but for stray cells
