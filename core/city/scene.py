@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..rays.trail import Trail
 from ..settings.errors import check_array, check_triangles
 from .city import ImportReport
 
@@ -83,7 +82,7 @@ class Scene:
     number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
-    trail: Trail | None = None  # of the rays from each surface that told which are sheets
+    trail: object = None  # Trail of the rays from each surface that told which are sheets
     halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
 
 

@@ -160,7 +160,7 @@ def open_local(count, dashboard):
             silence_logs=logging.CRITICAL,
             preload=__name__,
         ) as cluster,
-        Client(cluster, timeout=PATIENCE) as client,
+        Client(cluster, timeout=PATIENCE, set_as_default=False) as client,
     ):
         yield client
 
@@ -171,7 +171,7 @@ def open_remote(address):
     from distributed import Client
 
     try:
-        client = Client(address, timeout=PATIENCE)
+        client = Client(address, timeout=PATIENCE, set_as_default=False)  # a default one lingers if it fails
     except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
         # A port that is open on tls:// wants another key, or finds none here; else another protocol is spoken.
         foreign = SILENT if isinstance(error, OSError | ValueError) else FOREIGN
@@ -220,7 +220,7 @@ def run_tasks(workers, function, tasks):
         return
     from distributed import KilledWorker, as_completed
 
-    waiting = as_completed()
+    waiting = as_completed(loop=workers.client.loop)
     for task in tasks:
         waiting.add(workers.client.submit(run_plainly, function, *task, pure=False))
     for future in waiting:

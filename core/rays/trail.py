@@ -81,7 +81,7 @@ def begin_trail(scene, boxes):
     much to see."""
     low, high = np.min(scene.vertices, axis=0), np.max(scene.vertices, axis=0)
     places = scene.vertices[np.unique(scene.triangles[scene.triangle_surface >= 0])]
-    edges = np.quantile(places[:, :2], np.linspace(0, 1, SQUARES + 1), axis=0).T
+    edges = np.ascontiguousarray(np.quantile(places[:, :2], np.linspace(0, 1, SQUARES + 1), axis=0).T)
     edges[:, [0, -1]] = np.stack([low, high], axis=1)[:2]
     none = np.zeros((0, SQUARES, len(LAYERS) + 1), np.uint16)
     return Trail(edges, low[2] + LAYERS * (high - low)[2], none).of_others(boxes)

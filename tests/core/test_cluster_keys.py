@@ -53,3 +53,5 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
             refuse(address.replace("tls:", "tcp:"), "does not answer")
             with config.set({"distributed.comm.tls.client.cert": None}):
                 refuse(address, "does not accept this machine's key")
+            with pytest.raises(ValueError, match="No client"):  # else xarray asks its scheduler before it writes
+                distributed.default_client()
