@@ -46,9 +46,10 @@ def undo_to_import(window):
 
 
 def three_clicks(window, path):
-    """Run *Solar city*: buildings, kinds, first look and result are seen one after the other.
+    """Run *Solar city*: kinds, first look and result are seen one after the other.
 
-    By so many rays that the window shows the first look before the work has ended, on a busy machine, too.
+    By so many rays that the window shows the first look before the work has ended, on a busy machine, too. Buildings
+    without kinds are seen for a tick at most: the kinds of this street are known as soon.
     """
     window.ask(
         f"s = bpy.context.scene.citypv; s.city_path = {path!r}\n"
@@ -60,6 +61,6 @@ def three_clicks(window, path):
     window.wait_for(f"{RUNNING} is None", 600)
     keep_picture(window, "solar-city")
     shown = window.ask("s = bpy.app.driver_namespace; s['noting'] = False; answer = s['shown']")
-    assert shown[-4:] == [[None, ""], ["kind", ""], ["full_load_hours", "First look"], ["full_load_hours", ""]]
+    assert shown[-3:] == [["kind", ""], ["full_load_hours", "First look"], ["full_load_hours", ""]], shown
     assert window.ask(f"answer = 'citypv_totals' in {CITY}")
     assert "Traceback" not in window.read_log()
