@@ -22,7 +22,6 @@ LAWS = (
     "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
     "core/test_closed_forms.py::test_street_canyon[3]",
-    "core/test_edit_light.py::test_an_edit_is_a_full_run_of_the_edited_city[houses]",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[True-hourly",
     "core/test_forward.py::test_far_ground_off",

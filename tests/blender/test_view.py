@@ -34,8 +34,14 @@ def project(area, points):
     return np.column_stack((view.width / 2 + pixels * x / z, view.height / 2 + pixels * y / z))
 
 
-@pytest.mark.parametrize("size", [(1050, 640, 52, 286, 26), (600, 900, 52, 200, 52), (800, 500, 1, 1, 0)])
-@pytest.mark.parametrize("extent", [(600.0, 300.0, 40.0), (30.0, 30.0, 9.0), (20.0, 20.0, 200.0)])
+@pytest.mark.parametrize(
+    ("size", "extent"),
+    [
+        ((1050, 640, 52, 286, 26), (600.0, 300.0, 40.0)),
+        ((600, 900, 52, 200, 52), (20.0, 20.0, 200.0)),
+        ((800, 500, 1, 1, 0), (30.0, 30.0, 9.0)),
+    ],
+)
 def test_the_whole_city_is_seen_between_toolbar_sidebar_and_headers(size, extent):
     corners = np.array(list(product(*[(-side / 2, side / 2) for side in extent]))) + np.array([70.0, -20.0, 5.0])
     area = make_area(*size)

@@ -56,9 +56,7 @@ def small_blocks(monkeypatch):
 @pytest.mark.parametrize(
     ("estimator", "way", "share", "on_disk"),
     [
-        *(("gather", "hourly", 0.5, False), ("gather", "days:8", 0.3, True)),
-        *(("gather", "typical-days:8", 0.9, False), ("gather", "sky-grid:120", 0.5, True)),
-        *(("forward", "hourly", 0.9, True), ("forward", "days:8", 0.5, False)),
+        *(("gather", "hourly", 0.9, False), ("gather", "days:8", 0.3, True)),
         *(("forward", "typical-days:8", 0.5, True), ("forward", "sky-grid:120", 0.3, False)),
     ],
 )

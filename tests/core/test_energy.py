@@ -45,8 +45,9 @@ def test_cell_temperature_of_the_chain():
     assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
 
 
-@pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:300"])
-@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize(
+    ("plain", "way"), [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")]
+)
 def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
     transfer = unshaded_transfer(suns_of(berlin, way), TILT, AZIMUTH)

@@ -17,16 +17,13 @@ from citypv.__main__ import main
 from citypv.core.results.read_results import read_summary
 
 FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days:2", "threads": 1}
-# Ten settings as options and in Python.
+# Settings as options and in Python.
 SETTINGS = {
     "few rays": ([], {}),
     "draft": (["--preset", "draft"], {"preset": "draft"}),
     "as the paper": (["--method", "paper"], {"method": "paper"}),
-    "another seed": (["--seed", "7"], {"seed": 7}),
-    "an albedo and a ground": (["--albedo", "0.5", "--ground-albedo", "0.1"], {"albedo": 0.5, "ground_albedo": 0.1}),
     "effects": (["--effects", "reflectors=off", "perez=on"], {"effects": {"reflectors": False, "perez": True}}),
     "usable shares": (["--usable", "facade=0.6,roof=0.8"], {"usable": {"facade": 0.6, "roof": 0.8}}),
-    "an isotropic sky": (["--sky", "isotropic", "--monthly"], {"sky": "isotropic", "monthly": True}),
     "a weather file": (["--weather", str(ERA5)], {"weather": ERA5}),
     "losses and an inverter": (["--losses", "5", "--inverter", "pvwatts"], {"losses": 5, "inverter": "pvwatts"}),
 }

@@ -62,11 +62,13 @@ def assert_as_gdal(path, window=(3, 41, 150, 90), posts=(37, 50), rounding=1e-12
         return raster
 
 
-@pytest.mark.parametrize(("compress", "kind"), [
-    ("none", "uint8"), ("none", "float64"), ("deflate", "int16"), ("deflate", "float32"), ("lzw", "uint8"),
-    ("lzw", "float64"), ("lzw", "int16"), ("packbits", "float32"),
+STRIPS, TILES = {"blockysize": 7}, {"tiled": True, "blockxsize": 64, "blockysize": 32}
+
+
+@pytest.mark.parametrize(("compress", "kind", "layout"), [
+    ("none", "uint8", STRIPS), ("none", "float64", TILES), ("deflate", "int16", TILES), ("deflate", "float32", STRIPS),
+    ("lzw", "uint8", TILES), ("lzw", "float64", STRIPS), ("lzw", "int16", STRIPS), ("packbits", "float32", TILES),
 ])  # fmt: skip
-@pytest.mark.parametrize("layout", [{"blockysize": 7}, {"tiled": True, "blockxsize": 64, "blockysize": 32}])
 def test_each_way_of_storing_gives_the_heights_that_gdal_gives(compress, kind, layout, tmp_path):
     predictors = (1, 2, 3) if kind.startswith("float") else (1, 2)
     for predictor in predictors if compress in ("deflate", "lzw") else (1,):

@@ -90,7 +90,7 @@ def test_hourly_is_the_sun_itself(latitude, longitude):
     assert mismatch(suns, year_of(2020), latitude, longitude).max() < 0.5
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), PLACES + DATE_LINE)
+@pytest.mark.parametrize(("latitude", "longitude"), [*PLACES[::2], DATE_LINE[0]])
 def test_typical_days_stay_near(latitude, longitude):
     times = year_of()
     suns = choose_suns("typical-days:12", times, HOUR, latitude, longitude)

@@ -77,8 +77,10 @@ def test_each_direction_lies_in_its_triangle(count):
     assert np.degrees(np.arccos(nearest.min())) <= triangles.reach
 
 
-@pytest.mark.parametrize("sky", ["isotropic", "perez"])
-@pytest.mark.parametrize("place", [(52.5, 13.4), (-33.4, -70.6), (9.0, 179.9), (71.3, -156.8)])
+@pytest.mark.parametrize(
+    ("place", "sky"),
+    [((52.5, 13.4), "isotropic"), ((-33.4, -70.6), "perez"), ((9.0, 179.9), "isotropic"), ((71.3, -156.8), "perez")],
+)
 def test_a_place_is_what_yield_gives(skylines, system, place, sky):
     world = world_of(skylines, Places(*np.array([place]).T), system, sky=sky)
     weather = read_weather("clear-sky", *place, float(pvlib.location.lookup_altitude(*place)))

@@ -1,7 +1,7 @@
 """Which way polygons face: sheets that only look up, closed shells whose volume misleads, houses inside out."""
 
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -107,8 +107,7 @@ def test_one_face_of_such_a_sheet_drawn_downwards_is_turned_up(tmp_path, name):
     assert turned(read(tmp_path, faces)) == [1]
 
 
-@pytest.mark.parametrize("tray", [-0.01, -0.8, -2.0])
-@pytest.mark.parametrize("side", [8.0, 20.0, 100.0])
+@pytest.mark.parametrize(("side", "tray"), [(8.0, -0.01), (8.0, -2.0), (20.0, -0.8), (100.0, -0.01), (100.0, -2.0)])
 def test_a_closed_parapet_shell_whose_tray_lies_below_its_underside_stays(tmp_path, side, tray):
     faces = parapet(side, tray=tray)
     points, starts = np.concatenate(faces), np.cumsum([0, *map(len, faces)])
@@ -150,8 +149,7 @@ HOUSES = {"tower": (10, 12, 40), "house": (10, 12, 8), "hall": (60, 100, 8), "pa
 WRONG = {"all": SIDES, "walls": SIDES[2:], "half": ["top", "south", "west"], "roof": ["top"], "one wall": ["east"]}
 
 
-@pytest.mark.parametrize("wrong", WRONG)
-@pytest.mark.parametrize("size", HOUSES)
+@pytest.mark.parametrize(("size", "wrong"), list(product(HOUSES, WRONG))[::2])
 def test_houses_drawn_inside_out_are_turned(tmp_path, size, wrong):
     """Closed, without a floor or without a wall."""
     for missing in ([], ["bottom"], ["south"]):

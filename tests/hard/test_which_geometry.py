@@ -73,7 +73,7 @@ def assert_dark(transfer):
         assert getattr(transfer, name).max() < 1e-6, name
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.01, None), (1.0, 0), (10.0, 1), (10.0, 2), (10.0, 3), (1000.0, None)])
+@pytest.mark.parametrize(("size", "seed"), [(0.01, None), (1.0, 0), (10.0, 1), (1000.0, None)])
 def test_a_closed_box_around_everything_is_dark(size, seed):
     """Along the axes, or turned any way and 300 m away."""
     generator = np.random.default_rng(seed)
