@@ -1,4 +1,4 @@
-"""Seconds of edits of a city, of their previews and of full runs of the edited cities, and rays that end elsewhere.
+"""Seconds, silences and memory of edits of a city, against full runs of the edited cities; and rays that end elsewhere.
 
 python benchmarks/edits.py examples/berlin/berlin_3910_5817.gml --edits 30 --full 3
 """
@@ -8,8 +8,10 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+import pandas as pd
 
 if __package__ in (None, ""):
     sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -17,6 +19,7 @@ if __package__ in (None, ""):
 from citypv.core.city.edit_city import Change, edit_city, take_polygons
 from citypv.core.light.edit_light import prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
+from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
 from citypv.core.study import place_city, read_buildings, read_year, stand_city, trace_base, trace_edit
 
@@ -54,6 +57,35 @@ def number_equal(keys):
     return np.stack([keys, np.arange(len(keys)) - np.searchsorted(keys, keys)], axis=1).copy().view("i8,i8").ravel()
 
 
+class Listener:
+    """Progress and preview of an edit: the clocks at the preview, and the longest time that nothing was told."""
+
+    def __init__(self):
+        self.start = self.told = read_clock()
+        self.longest, self.seen = np.zeros(2), None
+
+    def progress(self, *_):
+        now = read_clock()
+        self.told, self.longest = now, np.maximum(self.longest, now - self.told)
+
+    def preview(self, *_):
+        self.seen = read_clock() if self.seen is None else self.seen
+
+
+def count_bytes(value, seen):
+    """Bytes of all arrays in memory that a value keeps alive, each counted once; `seen` are ids of what was counted."""
+    if isinstance(value, np.ndarray):
+        while isinstance(value.base, np.ndarray):
+            value = value.base
+    if id(value) in seen or isinstance(value, np.memmap):
+        return 0
+    seen.add(id(value))
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return sum(count_bytes(part, seen) for part in (*parts, *getattr(value, "__dict__", {}).values()))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("city", nargs="+")
@@ -61,29 +93,49 @@ def main():
     parser.add_argument("--full", type=int, default=3, help="so many of them are traced in full as well")
     parser.add_argument("--suns", default="days:24")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--place", type=float, nargs=2, metavar=("LATITUDE", "LONGITUDE"), default=(None, None))
     options = parser.parse_args()
-    request = Request(weather=["clear-sky"], suns=options.suns, threads=2)
+    latitude, longitude = options.place
+    place = {"latitude": latitude, "longitude": longitude}
+    request = Request(weather=["clear-sky"], suns=options.suns, threads=2, **place)
     city = read_buildings(options.city, request)
     scene = place_city(city, request)
-    weather, generator, told, full = read_year(scene.site, request), np.random.default_rng(options.seed), [], []
+    weather, generator = read_year(scene.site, request), np.random.default_rng(options.seed)
+    told, stages, full, share = [], [], [], []
     base = trace_base(scene, weather, request)
+    kept = count_bytes(base, set())
+    with TemporaryDirectory() as folder:
+        write_rays(Path(folder) / "rays.nc", base, city)
+        size = (Path(folder) / "rays.nc").stat().st_size
+    patches = len(base.leaf.prepared.patches)
+    sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"
+    print(f"{patches:,} patches, {len(base.suns)} suns; {sizes}", flush=True)
     trace_edit(base, city)  # compiles
     for number in range(options.edits):
-        changed, seen = edit_city(city, draw_change(city, generator), scene.site.convergence), []
-        start = read_clock()
-        edited = trace_edit(base, changed, preview=lambda *_, seen=seen: seen.append(read_clock()))
+        changed = edit_city(city, draw_change(city, generator), scene.site.convergence)
+        listener = Listener()
+        edited = trace_edit(base, changed, listener.progress, preview=listener.preview)
+        listener.progress()
         end, record = read_clock(), edited.transfer.record
-        told.append([*(seen[0] - start), *(end - start), record.hemisphere_rays, record.shadow_rays])
+        rays = record.hemisphere_rays, record.shadow_rays
+        told.append([*(listener.seen - listener.start), *(end - listener.start), *listener.longest, *rays])
+        stages.append(record.processor_seconds)
         if number < options.full:
             start = read_clock()
             again = stand_city(changed, request, like=replace(scene, trail=None))
             whole = trace_editable(prepare_edit(base, again, request), base.suns, request, specular=specular_of)
-            full.append(
-                [*(read_clock() - start), whole.transfer.record.hemisphere_rays, whole.transfer.record.shadow_rays]
-            )
-            print(f"  rays apart: {count_apart(edited.leaf, whole.leaf)} of {whole.transfer.record.hemisphere_rays:,}")
-    print("preview s, CPU s; exact s, CPU s; hemisphere and shadow rays, medians:", np.median(told, axis=0).round(2))
-    print("full run s, CPU s; rays:", np.median(full, axis=0).round(2))
+            record = whole.transfer.record
+            full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
+            share.append((end - listener.start) / full[-1][:2])
+            apart = count_apart(edited.leaf, whole.leaf)
+            print(f"  rays apart: {apart} of {record.hemisphere_rays:,}", flush=True)
+    names = "preview s, CPU s; exact s, CPU s; longest silence s, CPU s; hemisphere and shadow rays"
+    print(f"edit, medians: {names}:", np.median(told, axis=0).round(2))
+    print("edit, largest:", np.max(told, axis=0).round(2))
+    print("edit, CPU s of stages, medians:", pd.DataFrame(stages).median().round(2).to_dict())
+    if full:
+        print("full run, medians: s, CPU s; rays:", np.median(full, axis=0).round(2))
+        print("edit as share of a full run, medians: of s, of CPU s:", np.median(share, axis=0).round(3))
 
 
 if __name__ == "__main__":
