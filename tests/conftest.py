@@ -36,9 +36,7 @@ LAWS = (
     "core/test_sky.py::test_stated_errors_of_the",
 )
 # Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
-THOROUGH = (
-    *("core/test_forward_agrees.py::test_town", "core/test_rack_light.py::test_the_demo_with_racks_and_without"),
-)
+THOROUGH = ("core/test_forward_agrees.py::test_town",)
 # Blender, processes and signals, readers and writers.
 MAY_DIFFER = (
     *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),

@@ -149,19 +149,6 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     assert before.hide_viewport
 
 
-def test_forgetting_removes_all_of_it(addon, city_file):
-    city = compute(city_file)
-    objects = set(bpy.data.objects.keys())
-    bpy.ops.citypv.keep_before()
-    run("compare")
-    assert set(by_id(city, CHANGE).values()) <= {0.0} or np.nanmax(np.abs(list(by_id(city, CHANGE).values()))) == 0
-    run("forget_before")
-    assert set(bpy.data.objects.keys()) == objects
-    assert "citypv_" + CHANGE not in city.data.attributes
-    assert city["citypv_colour_attribute"] == HOURS
-    assert not bpy.ops.citypv.compare.poll()
-
-
 def test_another_city_is_not_compared(addon, city_file, tmp_path):
     compute(city_file)
     bpy.ops.citypv.keep_before()

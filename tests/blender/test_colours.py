@@ -24,7 +24,6 @@ from citypv.operators.picture.colour_faces import (
     build_scale,
     colour_faces,
     colours_of_values,
-    format_tick,
     read_scale,
 )
 from citypv.operators.picture.draw_results import draw_results
@@ -46,15 +45,6 @@ def test_a_range_follows_area_not_the_number_of_faces():
     values, areas = np.array([0.0, 500.0, 1000.0]), np.array([0.001, 1.0, 0.001])
     assert choose_range(values, areas) == (500.0, 600.0)
     assert choose_range(np.full(4, np.nan), np.ones(4)) == (0.0, 1.0)
-
-
-def test_ticks_are_round_numbers_on_the_bar():
-    scale = build_scale("full_load_hours", 200.0, 1200.0)
-    np.testing.assert_allclose(scale.ticks, [200, 400, 600, 800, 1000, 1200])
-    assert [format_tick(tick, scale) for tick in scale.ticks][-2:] == ["1,000", "1,200"]
-    scale = build_scale("sky_view_factor", 0.13, 0.88)
-    np.testing.assert_allclose(scale.ticks, [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8], atol=1e-12)
-    assert format_tick(scale.ticks[0], scale) == "0.2"
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -93,25 +93,12 @@ def test_the_manual_names_every_attribute_and_code():
         assert f"`citypv_{name}`" in text
 
 
-def test_writing_says_nothing_of_its_own(scene, transfer, energy, tmp_path, capfd):
-    print("before")
-    draw_results(tmp_path, scene, transfer, energy, "", pictures=["blend"])
-    print("after")
-    assert capfd.readouterr().out == "before\nafter\n"
-
-
 def test_a_new_trace_removes_what_an_earlier_weather_made(shown, transfer):
     city, ground = shown
     write_results(city, ground, transfer)
     for item in shown:
         assert "citypv_full_load_hours" not in item.data.attributes
         assert "citypv_diffuse_relative" in item.data.attributes
-
-
-def test_an_attribute_of_another_type_is_replaced(shown):
-    mesh = shown[0].data
-    write_face_attribute(mesh, "kind", np.linspace(0, 1, len(mesh.polygons)))
-    assert mesh.attributes["citypv_kind"].data_type == "FLOAT"
 
 
 def test_a_mesh_that_was_edited_is_refused(scene, transfer):

@@ -208,19 +208,6 @@ def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
         assert state_of_step(city, "classify", addon) == state
 
 
-def test_another_city_leaves_the_objects_alone(addon, town, city_file):
-    first = run("take_meshes", "classify")
-    kinds = read_face_attribute(first.data, "kind")
-    second = run("import_city", "classify", city_path=str(city_file), own_place=False)
-    assert set(list_cities(bpy.context.scene)) == {first, second}
-    assert all(item.visible_get() for item in town.values())
-    assert "citypv_colour" not in town["House"].data.color_attributes
-    assert bpy.ops.citypv.switch_city(name=first.name) == {"FINISHED"}
-    assert here() == first
-    assert "citypv_colour" in town["House"].data.color_attributes
-    np.testing.assert_array_equal(read_face_attribute(first.data, "kind"), kinds)
-
-
 def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(addon, town):
     for item in town.values():
         item.select_set(item.name == "House")

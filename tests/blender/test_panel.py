@@ -151,16 +151,6 @@ def test_the_highlight_lies_on_the_selected_faces(addon, city_file):
     assert (normals[:, 1] < 0).all()  # towards the south
 
 
-def test_the_report_as_text_has_hours_weather_and_albedo(addon, city_file):
-    city = run_steps(city_file, "import_city", "classify", "trace", "energy")
-    run("show_report")
-    text = bpy.data.texts["CityPV report"].as_string()
-    assert f"Weather: {city['citypv_weather']}" in text
-    for row in city["citypv_groups"]:
-        assert " ".join(row.split("|")) in " ".join(text.split())
-    assert "one value 0.250 21" in " ".join(text.split())
-
-
 def test_weather_from_far_away_is_refused_and_flagged(addon, city_file):
     """From Berlin to the station in New York's Central Park it is 6,386 km (`tests/core/test_weather_place.py`)."""
     city = run_steps(city_file, "import_city", "classify", "trace")

@@ -3,14 +3,11 @@
 from types import SimpleNamespace
 
 import bpy
-import pytest
 from steps import here, run
 
-from citypv.citypv_addon.draw_tables import show_end
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators import check_libraries
-from citypv.operators.run_step import Job, Step
 
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
 
@@ -75,11 +72,6 @@ def start(layout, context):
     return layout.column(), context.scene.citypv
 
 
-def test_long_ids_show_their_ends():
-    assert show_end("DEBE3DYY500020vE", 16) == "DEBE3DYY500020vE"
-    assert show_end("UUID_1f8a3c5e-0f3d-77ad00c1e2f9", 8) == "…0c1e2f9"
-
-
 def test_results_stand_first_once_there_are_some(addon, city_file):
     def seen():
         shown = [panel for panel in PANELS[1:] if not hasattr(panel, "poll") or panel.poll(bpy.context)]
@@ -107,20 +99,6 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert {"existing", "all"} <= set(draw_all())
     run("import_city", city_path=str(row_file))
     assert "Not computed yet: run the steps above" in draw_all()
-
-
-@pytest.mark.parametrize("title", ["Solar city", "Trace light"])
-def test_the_running_step_is_drawn_without_long_lines(addon, monkeypatch, title):
-    job = Job(title, lambda progress: None, {"sky and reflections": 1.0})
-    monkeypatch.setattr(Step, "current", job)
-    job.progress("sky and reflections", 0, 8, "rays")
-    job.progress("sky and reflections", 2, 8, "rays")
-    texts = draw_all()
-    assert {"25 %", "sky and reflections", job.rate} <= set(texts)
-    assert (f"{title} 25 %" in texts) == (title != "Solar city")  # whose own bar is at the top
-    assert max(len(text) for text in texts) <= 44
-    run("cancel")
-    assert job.cancelled and not job.dropped
 
 
 def test_a_library_that_failed_stands_in_the_panel(addon):

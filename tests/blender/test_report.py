@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from steps import run
 
-from citypv.core.read.read_city import READERS
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.city.import_city import SUFFIXES
-from citypv.operators.result.keep_report import describe_row, find_row, read_rows
+from citypv.operators.result.keep_report import read_rows
 from citypv.operators.result.select_faces import read_selection
 from citypv.operators.session import find_city, find_session
 
@@ -104,15 +102,6 @@ def test_a_building_and_what_belongs_to_a_face(city):
     assert selected_surfaces(city) == whole
 
 
-def test_what_has_no_faces_says_so_and_can_be_copied(city):
-    row = find_row(city, "skipped/no area")
-    assert (row["count"], row["ids"]) == ("1", "b_line")
-    assert describe_row(row) == "1 · 0.0 m² · b_line"
-    with pytest.raises(RuntimeError, match="skipped/no area: has no faces to select; copy its ids"):
-        bpy.ops.citypv.select_group(group=row["key"])
-    assert bpy.ops.citypv.copy_group(group=row["key"]) == {"FINISHED"}
-
-
 @pytest.mark.parametrize("operator", ["select_group", "copy_group"])
 def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
     with pytest.raises(
@@ -155,9 +144,3 @@ def test_the_report_as_text_is_complete(city, row_file):
     for row in read_rows(city):
         assert f"{row['heading']}: {row['name']}" in lines
         assert all(f"    {name}" in lines for name in row["ids"].split())
-
-
-def test_the_file_browser_shows_every_format(addon):
-    assert set(READERS) <= set(SUFFIXES)
-    shown = bpy.ops.citypv.choose_city.get_rna_type().properties["filter_glob"].default
-    assert set(shown.split(";")) == {"*" + suffix for suffix in SUFFIXES}

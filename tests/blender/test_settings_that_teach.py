@@ -10,12 +10,9 @@ from citypv.citypv_addon import CLASSES
 from citypv.citypv_addon.menus import GROUPS
 from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.effects.table import TABLE
-from citypv.core.energy.pv_system import ELECTRIC
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import declared_settings
-from citypv.operators.city import declare_settings
 from citypv.operators.city import read_settings as read_settings_module
-from citypv.operators.city.declare_settings import suggest_modules
 from citypv.operators.city.read_settings import read_settings, state_of_step
 from citypv.operators.light.plan_trace import find_preset, read_plan, read_prices
 from citypv.operators.run_step import in_panel_words
@@ -36,17 +33,6 @@ def test_a_preset_is_that_of_the_command_line(addon, preset):
     assert (request.patch_size, request.max_bounces) == ((5.0, 5) if preset == "reference" else (10.0, None))
     addon.samples += 1
     assert find_preset(addon) == ""
-
-
-def test_each_line_of_the_table_has_a_switch_with_words(addon):
-    assert declare_settings.ELECTRIC == ELECTRIC
-    for key in TABLE:
-        switch = type(addon).bl_rna.properties[declare_settings.name_switch(key)]
-        assert [item.identifier for item in switch.enum_items] == ["auto", "on", "off"]
-        assert len(switch.description) > 20
-    assert read_settings(addon).effects == {}
-    addon.effect_sky_rays, addon.effect_aoi = "on", "off"
-    assert read_settings(addon).effects == {"sky-rays": True, "aoi": False}
 
 
 def test_reflections_are_left_to_the_program_by_a_switch(addon):
@@ -103,14 +89,6 @@ def test_a_switched_effect_makes_its_step_stale(addon, city_file):
     assert [state_of_step(city, step, addon) for step in ("trace", "energy")] == ["stale", "stale"]
 
 
-def test_modules_are_found_by_words(addon):
-    assert bpy.ops.citypv.find_module(text="sunpower 300 wht 2007") == {"FINISHED"}
-    assert addon.module == "SunPower_SPR_300_WHT__2007__E__"
-    assert addon.module in suggest_modules(addon, bpy.context, "300 sunpower")
-    with pytest.raises(RuntimeError, match="Module: 'no such thing' is not in pvlib's libraries"):
-        bpy.ops.citypv.find_module(text="no such thing")
-
-
 def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_path):
     preferences = SimpleNamespace(weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path))
     monkeypatch.setattr(read_settings_module, "find_preferences", lambda: preferences)
@@ -135,13 +113,6 @@ def test_every_operator_is_in_the_menu_that_f3_searches(addon):
     for item in own:
         kind = getattr(bpy.ops.citypv, item.bl_idname.partition(".")[2]).get_rna_type()
         assert kind.name and len(kind.description) > 15, item
-
-
-def test_the_berlin_example_is_there(addon):
-    from citypv.operators.solar_city import CITY, FOLDER, WEATHER
-
-    assert bpy.ops.citypv.berlin_example.poll()
-    assert (FOLDER / CITY).stat().st_size + (FOLDER / WEATHER).stat().st_size < 5e6
 
 
 def test_distant_terrain_is_given_in_the_panel(addon, city_file, tmp_path):

@@ -70,11 +70,6 @@ def test_undo_goes_back_to_the_shape_of_the_import(window):
     undo_to_import(window)
 
 
-@pytest.mark.parametrize(("operator", "name"), [("trace", "diffuse_relative"), ("energy", "full_load_hours")])
-def test_light_and_energy_are_shown_too(window, operator, name):
-    press_step(window, f"citypv.{operator}", is_there(name))
-
-
 def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path):
     import bpy
 

@@ -1,7 +1,5 @@
 """Where the albedo of a surface comes from: a file, a material, or one value for all."""
 
-import json
-
 import pytest
 from scenes import join, run_gather, strip, suns_towards
 
@@ -40,37 +38,6 @@ def test_a_material_stands_between_a_surface_and_its_kind(tmp_path):
     request = Request(albedo=0.4, materials=materials)
     assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.31, 0.31, 0.31, 0.4, 0.4])
     assert albedo_of_triangles(scene, Request(albedo=0.4))[:5] == pytest.approx([0.4] * 5)
-
-
-def test_where_the_albedo_came_from_is_told(tmp_path):
-    scene = material_street("Backstein", "Glas")
-    area = scene.surfaces.area
-    scene.triangle_surface[-1] = -1
-    text = "surface,albedo,material\nflat,,asphalt\ns2,0.3,mirror\n"
-    materials = {"Backstein": MaterialSpec(0.31), "Glas": MaterialSpec(material="glass")}
-    request = Request(estimator="forward", albedo_file=finish(tmp_path, text), materials=materials, ground_albedo=0.1)
-    backstein, glas, single, asphalt, ground = describe_albedo(scene, request)
-    evenly = {"name": "", "material": "", "law": "lambertian", "reflects": "evenly"}
-    assert backstein == evenly | {
-        "from": "materials",
-        "name": "Backstein",
-        "material": "Backstein",
-        "albedo": 0.31,
-        "surfaces": 1,
-        "area": pytest.approx(area[0]),
-    }
-    assert (glas["name"], glas["reflects"], glas["surfaces"]) == ("Glas", "as glass or water", 1)
-    assert (single["from"], single["reflects"], single["albedo"]) == ("--albedo-file", "as a mirror", 0.3)
-    assert asphalt == evenly | {
-        "from": "--albedo-file",
-        "name": "flat",
-        "material": "asphalt",
-        "albedo": 0.125,
-        "surfaces": len(area) - 3,
-        "area": pytest.approx(area[3:].sum()),
-    }
-    assert ground == evenly | {"from": "--ground-albedo", "albedo": 0.1}
-    assert json.loads(json.dumps(request.as_dict()))["materials"]["Glas"] == {"albedo": None, "material": "glass"}
 
 
 def test_materials_that_cannot_be_used():

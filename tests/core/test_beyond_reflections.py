@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pvlib
 import pytest
 from radiosity import bowl
 from scenes import suns_towards
@@ -70,11 +69,3 @@ def test_by_albedo_alone_where_no_solver_tells():
     """Photons are followed until ρⁿ⁺¹/(1 - ρ), the most that any scene reflects beyond, is below 0.2 %."""
     assert [count_surely(albedo) for albedo in (0.1, 0.25, 0.6)] == [2, 4, 13]
     assert count_surely(1.0) == MOST_BOUNCES
-
-
-def test_a_clear_year_is_that_of_pvlib():
-    weather = read_year(bowl().site, Request(weather="clear-sky"))
-    place = pvlib.location.Location(weather.latitude, weather.longitude, altitude=weather.altitude)
-    expected = place.get_clearsky(weather.data.index + weather.interval / 2)
-    for name in ("ghi", "dni", "dhi"):
-        assert weather.data[name].sum() == pytest.approx(expected[name].sum(), rel=1e-3)

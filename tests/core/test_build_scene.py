@@ -97,14 +97,6 @@ def test_a_file_in_degrees_stands_in_metres():
     assert np.ptp(scene.vertices, axis=0) == pytest.approx([301.3, 360.2, 19.5], rel=3e-3)
 
 
-def test_moving_the_city_by_whole_squares_of_the_ground_moves_only_the_origin():
-    near, far = (make_city(box("a", x, y, 10, 20, z, z + 9)) for x, y, z in ((0, 0, 0), (512_000, 5_120_000, 90)))
-    near, far = (build_scene(city, 50.0, 8.0) for city in (near, far))
-    assert far.site.origin == pytest.approx((512_005, 5_120_010, 90))
-    assert np.allclose(near.vertices, far.vertices, atol=1e-8)
-    assert np.array_equal(near.triangles, far.triangles)
-
-
 def test_cells_are_rows_of_their_polygon():
     city = make_city(box("a", 0, 0, 10, 20, 0, 6))
     cells, parent = split_into_cells(city, 5.0)

@@ -168,27 +168,6 @@ def test_spreading_loses_no_sun_and_splits_no_day(way):
         assert (spread.step[inner] > spread.step[inner - 1]).all()
 
 
-def mismatch(suns, times):
-    """Angles between the suns of all hours and the traced ones that stand for them [°]."""
-    hourly = choose_suns("hourly", times, HOUR, *BERLIN)
-    match = match_suns(suns, times, HOUR, *BERLIN)
-    near = match.index[match.weight.sum(axis=1) > 0, 0]
-    cosine = np.einsum("hi,hi->h", suns.direction[near], hourly.direction)
-    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-
-
-@pytest.mark.parametrize("count", [24, 200, 2000])
-def test_the_first_hours_stand_for_the_whole_year(count):
-    """No hour is far from a traced sun: 15° an hour and 47° of declination, shared by the days that were traced."""
-    spread = progressive_order(choose_suns("hourly", year_of(), HOUR, *BERLIN))
-    days = count / 12
-    angles = mismatch(interrupted_suns(spread, count), year_of())
-    assert angles.mean() < 47 / days + 1.5
-    # By the calendar's order they stand for winter only.
-    straight = choose_suns("hourly", year_of(), HOUR, *BERLIN)
-    assert mismatch(interrupted_suns(straight, count), year_of()).mean() > 1.5 * angles.mean()
-
-
 BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
     "hourly": {1 / 90: (0.5, 2.5), 1 / 9: (0.2, 0.4), 1 / 2: (0.1, 0.1)},
     "days:24": {1 / 3: (0.5, 1.5), 1 / 2: (0.2, 0.8), 3 / 4: (0.1, 0.5)},

@@ -117,14 +117,6 @@ def test_coordinates_beyond_earth_are_refused(tmp_path, value):
         read(tmp_path, "\n", text.building(text.surface(text.members(text.polygon("a", [(value, 0, 0), *SQUARE])))))
 
 
-def test_shift_by_500_km_changes_no_area_and_no_normal(tmp_path):
-    near = read(tmp_path, text.building(text.solid(text.members(text.polygon("a", SQUARE)))))
-    moved = [(x + 500_000, y + 5_800_000, z + 100) for x, y, z in SQUARE]
-    far = read(tmp_path, text.building(text.solid(text.members(text.polygon("a", moved)))))
-    one, other = (measure_polygons(city.points, city.ring_start, city.polygon_start) for city in (near, far))
-    assert np.allclose(one[0], other[0], rtol=1e-12) and np.allclose(one[1], other[1], rtol=1e-12)
-
-
 def test_installation_shades_and_other_objects_are_named(tmp_path):
     shell = text.wrap(text.members(text.polygon("i", FURTHER)), "bldg:lod2Geometry", "gml:MultiSurface")
     balcony = text.wrap(shell, "bldg:outerBuildingInstallation", "bldg:BuildingInstallation")

@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 from cityjson_text import CUBE, FACES, at, house, instance, model, read, row, solid
 
@@ -143,18 +142,6 @@ def test_without_lod_a_shape_is_read_where_there_is_no_other(tmp_path):
     assert any("give no level of detail" in note for note in city.report.notes)
 
 
-def test_instances_stand_at_their_corners_and_far_ones_are_left_out(tmp_path):
-    shifted, far, transposed = ([*(size * np.eye(4)).ravel()] for size in (1, 1e7, 1))
-    shifted[3], far[15] = 100.0, 1
-    transposed[12] = 100.0  # the step stands in the last row: nobody knows what is meant
-    templates = {"templates": [solid()], "vertices-templates": [[30 * x, y, z] for x, y, z in CUBE]}
-    objects = {"b": house(*[instance(matrix=matrix, corner=1) for matrix in (shifted, far, transposed)])}
-    city = read(tmp_path, model(objects, **{"geometry-templates": templates}))
-    assert city.points.min(axis=0).tolist() == [102, 0, 0]
-    assert city.points.max(axis=0).tolist() == [162, 2, 2]
-    assert [len(names) for names in city.report.skipped.values()] == [2]
-
-
 def test_a_transform_scales_and_moves(tmp_path):
     vertices = [[1000 * x, 1000 * y, 1000 * z] for x, y, z in CUBE]
     transform = {"scale": [0.001, 0.002, 0.001], "translate": [10, 20, 30]}
@@ -202,11 +189,3 @@ def test_a_folder_gives_its_cityjson_and_no_other_json(tmp_path):
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     (tmp_path / "wide.json").write_bytes(json.dumps(model({"c": house(at(2))}, row(3))).encode("utf-16"))
     assert sorted(set(read_city(tmp_path).building_id)) == ["a", "b", "c"]
-
-
-def test_shells_of_every_solid_are_read(tmp_path):
-    solids = [at(k)["boundaries"] for k in range(3)]
-    objects = {"b": house({"type": "CompositeSolid", "lod": "2", "boundaries": solids})}
-    city = read(tmp_path, model(objects, row(3)))
-    assert len(city) == 18
-    assert city.points[:, 0].max() == 22

@@ -147,21 +147,6 @@ def test_antarctica_is_refused_and_no_clear_sky(place):
         make_climates([52.5, place[0]], [13.4, place[1]])
 
 
-@pytest.mark.parametrize(
-    ("place", "on_land"),
-    {
-        (22.3, 114.17): True,  # Hong Kong: the grid's own coast is 64 km away
-        (64.13, -21.9): True,  # Reykjavik
-        (37.74, -25.67): False,  # the Azores are not in the grid of air temperature
-        (21.31, -157.86): False,  # nor is Oahu
-    }.items(),
-)
-def test_coasts_and_islands(place, on_land):
-    found = look_up_normals(*place)
-    assert is_land(*place) == on_land
-    assert 2 < found.ghi < 6 and 0 < found.temp_air < 28 and 2 < found.wind_speed < 10
-
-
 def test_every_longitude_means_the_same_place():
     for place in ((52.5, 13.4), (66.9, 179.9), (-17.8, 178.0)):
         one, other = look_up_normals(*place), look_up_normals(place[0], place[1] - 360)

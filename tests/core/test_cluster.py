@@ -5,7 +5,6 @@ import json
 import pickle
 import re
 import signal
-import socket
 import socketserver
 import threading
 import time
@@ -168,16 +167,6 @@ def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path,
     assert_same_bits(transfer, serial[0])
 
 
-def test_squares_without_buildings_are_passed_over(inputs, tmp_path):
-    squares = assign_tiles(inputs[0].scene, 20.0)
-    words = trace_tiles.describe_squares(squares, 20.0)
-    told = re.fullmatch(r"(\d+) tiles of 20 m; (\d+) squares without buildings are passed over", words)
-    columns, rows = (1 + max(int(name.split("_")[axis]) for name, _ in squares) for axis in (0, 1))
-    assert int(told[1]) == len(squares)
-    assert int(told[1]) + int(told[2]) == columns * rows
-    assert int(told[2]) > 0
-
-
 @pytest.mark.slow
 @pytest.mark.once
 def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, tmp_path):
@@ -278,19 +267,6 @@ def test_a_planted_task_is_not_opened(tmp_path):
 
 
 # -- what is said of schedulers that do not answer, of programs that are none, and of errors that workers send back --
-
-
-@pytest.mark.parametrize("command", [["simulate", "never_read.gml"], ["world", "unshaded"]])
-def test_a_cluster_that_does_not_answer_is_named_before_anything_is_read(tmp_path, capfd, command):
-    assert run_tasks.PATIENCE == 10
-    with socket.socket() as free:  # a port at which nobody listens
-        free.bind(("127.0.0.1", 0))
-        word = f"tcp://127.0.0.1:{free.getsockname()[1]}"
-        assert main([*command, "--cluster", word, "--out", str(tmp_path / "out")]) == 2
-    said = capfd.readouterr().err
-    assert f"--cluster {word}: does not answer within 10 s; start `dask scheduler` there" in said
-    assert said.count("\n") == 1
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

@@ -158,23 +158,6 @@ def test_without_a_file_the_built_in_climate_is_taken(results, tmp_path):
             assert float(mean["full_load_hours"]) == pytest.approx(float(year["full_load_hours"]), rel=0.15)
 
 
-def test_yield_with_another_weather(results, tmp_path):
-    out = tmp_path / "clear"
-    options = ["--weather", "clear-sky", "--year", "2020", "--out", str(out), "--quiet"]
-    assert main(["yield", str(results / "transfer.nc"), *options]) == 0
-    cloudy, clear = (rows_of(folder / "faces.csv") for folder in (results, out))
-    for before, after in zip(cloudy, clear, strict=True):
-        assert before["diffuse_relative"] == after["diffuse_relative"]
-        if "south" in before["surface_id"]:
-            assert float(after["full_load_hours"]) > float(before["full_load_hours"])
-
-
-def test_the_same_run_twice_writes_the_same(city, results, tmp_path):
-    options = ["--weather", str(ERA5), "--quiet", "--threads", "1"]
-    assert main(["simulate", str(city), "--out", str(tmp_path / "twin"), *options]) == 0
-    assert (tmp_path / "twin" / "faces.csv").read_text() == (results / "faces.csv").read_text()
-
-
 def test_inspect_and_effects(city, capsys):
     assert main(["inspect", str(city), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -14,7 +14,7 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.counted_area import COVERED, classify_again, put_at
+from citypv.core.energy.counted_area import COVERED, classify_again
 from citypv.core.energy.energy import split_years
 from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.results.write_buildings import sum_buildings
@@ -164,12 +164,6 @@ def test_a_turned_house_has_the_same_power_and_under_clouds_the_same_energy(berl
         assert found["eligible_area"] == 450 and found["without_modules"] == {}
         totals.append([[one["kwp"], one["mwh_per_year"]] for one in (found, *found["kinds"].values())])
     np.testing.assert_allclose(totals[1], totals[0], rtol=1e-6)
-
-
-def test_words_are_not_cut():
-    """Names of an array of shorter ones: "northeast" is not "north"."""
-    short = np.array(["none", "north", "east"])
-    assert put_at(np.array([0, 2]), short, np.array(["northeast", "west"])).tolist() == ["northeast", "north", "west"]
 
 
 def three_years(berlin):

@@ -82,25 +82,3 @@ def test_covered_ground_hands_on_all_its_light():
         walls.append(np.average(transfer.diffuse_relative[south] - transfer.sky_view_factor[south]))
     assert walls[1] > 0.09
     assert walls[0] == pytest.approx(walls[1], rel=0.02)
-
-
-def test_closed_box_is_dark_inside():
-    """A room without windows, seen from inside: nothing comes in."""
-    inside = [(points, np.asarray(faces)[:, ::-1]) for points, faces in box((0, 0, 0), (4, 5, 3))]
-    scene = join([*inside, *box((-0.3, -0.3, -0.3), (4.3, 5.3, 3.3))])
-    transfer = run_gather(scene, SUN, samples=4096)
-    assert transfer.sky_view_factor[:12].max() == 0
-    assert transfer.far_ground_view_factor[:12].max() == 0
-    assert transfer.visible_share[:12].max() == 0
-    assert transfer.diffuse_relative[:12].max() == 0
-    assert transfer.sky_view_factor[12:14] == pytest.approx(1)
-
-
-def test_walls_shared_by_two_houses_receive_nothing():
-    scene = join([*box((0, 0, 0), (10, 10, 10)), *box((10, 0, 0), (20, 10, 10))])
-    transfer = run_gather(scene, SUN)
-    shared = [8, 9, 12 + 10, 12 + 11]
-    assert transfer.surfaces.surface_azimuth[shared] == pytest.approx([90, 90, 270, 270])
-    assert transfer.covered_share[shared] == pytest.approx(1)
-    assert transfer.diffuse_relative[shared].max() == 0
-    assert transfer.visible_share[shared].max() == 0

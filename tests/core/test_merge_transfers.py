@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy import stats
 from test_closed_forms import SUNS, direct_relative
 from test_standard_errors import ANYWHERE, scene_and_suns
 from test_tracing import three_houses
@@ -90,14 +89,6 @@ def test_merged_rounds_are_averages_and_stated_errors_fall():
     assert four.record.degrees_of_freedom["diffuse"] == ROUNDS * 3
 
 
-def test_the_order_in_which_rounds_are_merged_does_not_matter():
-    rounds = [traced(1, index) for index in range(4)]
-    in_line = merge_transfers(rounds)
-    in_pairs = merge_transfers([merge_transfers(rounds[:2]), merge_transfers(rounds[2:])])
-    for name in ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error"):
-        assert getattr(in_line, name) == pytest.approx(getattr(in_pairs, name), rel=1e-9)
-
-
 def test_replicates_side_by_side_state_the_variance_of_the_mean():
     """χ² of 3 K degrees of freedom: mean and variance of the estimate, also where replicates are added up."""
     generator = np.random.default_rng(3)
@@ -128,13 +119,3 @@ def test_rounds_of_different_suns_are_refused():
     turned = replace(SUNS, direction=SUNS.direction * [-1, 1, 1])
     with pytest.raises(InputError, match="of another scene"):
         merge_transfers([one, trace_gather(scene, turned, REQUEST, silent)])
-
-
-def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
-    """One surface's mean of 12 rounds against many: 36 degrees of freedom of the light passed on."""
-    known = np.mean([light_of(traced(seed, index))[0] for seed in range(RUNS) for index in range(ROUNDS)], axis=0)
-    light, error = light_of(merged(7))
-    noisy = error > 1e-6
-    band = stats.t.ppf(0.975, 3 * ROUNDS) * error * np.sqrt(1 + 1 / RUNS)
-    inside = np.abs(light - known)[noisy] <= band[noisy]
-    assert 0.9 <= inside.mean() <= 0.99

@@ -10,7 +10,6 @@ from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.commands.command_line import main
 from citypv.core.patches.materials import MaterialSpec, named_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
-from citypv.core.read.parse_obj import LARGEST, MOST_LIBRARIES, read_mtl
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
@@ -167,19 +166,6 @@ def test_libraries_that_are_not_read(tmp_path, name):
     assert len(note) < 500
 
 
-def test_libraries_with_blanks_in_their_names_several_and_many(tmp_path):
-    (tmp_path / "my city.mtl").write_text("newmtl grey\nKd 0.1 0.1 0.1\n")
-    (tmp_path / "other.mtl").write_text("newmtl grey\nKd 0.2 0.2 0.2\nnewmtl red\nKd 0.3 0 0\n")
-    assert read_city(write_cube(tmp_path, ["grey"], "mtllib my city.mtl\n")).colours == {"grey": (0.1,) * 3}
-    both = read_city(write_cube(tmp_path, ["grey", "red"], "mtllib ./my city.mtl\nmtllib other.mtl gone.mtl\n"))
-    assert both.colours == {"grey": (0.1,) * 3, "red": (0.3, 0, 0)}
-    assert sum("gone.mtl" in note for note in both.report.notes) == 1
-    many = write_cube(tmp_path, ["grey"], "mtllib " + " ".join(f"l{k}.mtl" for k in range(1000)) + "\n")
-    notes = notes_of(many)
-    assert any("1000 files with mtllib" in note for note in notes)
-    assert len(notes) <= MOST_LIBRARIES + 2
-
-
 @pytest.mark.parametrize("text", ["nan 0.1 0.1", "0.1 inf 0.1", "-0.1 0 0", "1.5 0 0", "0.1 0.1", "red", ""])
 def test_colours_that_are_none(tmp_path, text):
     mtl = f"newmtl grey\nKd 0.5 0.5 0.5\nKd {text}\nnewmtl good\nKd 0.2 0.2 0.2\n"
@@ -187,23 +173,6 @@ def test_colours_that_are_none(tmp_path, text):
     assert read_city(path).colours == {"grey": None, "good": (0.2,) * 3}
     (note,) = notes_of(path, "not a colour from 0 to 1")
     assert "1 materials" in note and "'grey', line 3" in note
-
-
-def test_libraries_of_any_text_and_size(tmp_path):
-    path, notes = tmp_path / "city.mtl", []
-    for data in (MTL.encode("utf-16"), b"\xef\xbb\xbf" + MTL.encode(), MTL.replace("\n", "\r\n").encode()):
-        path.write_bytes(data)
-        assert read_mtl(path, notes)["Ziegel rot"] == (0.5, 0.2, 0.1)
-    path.write_bytes(gzip.compress(MTL.encode()))
-    assert read_mtl(path, notes)["grey"] == (0.4,) * 3
-    path.write_bytes(bytes(range(256)) * 40)
-    assert read_mtl(path, []) == {}
-    path.write_bytes(b"newmtl a\x1b[31m\nKd 1 1 1\n")
-    assert read_mtl(path, []) == {"a\ufffd[31m": (1, 1, 1)}
-    path.write_bytes(gzip.compress(b"#" * (LARGEST + 1)))
-    with pytest.raises(InputError, match="larger than 16 MiB"):
-        read_mtl(path, [])
-    assert any("larger than 16 MiB" in note for note in notes_of(write_cube(tmp_path, ["grey"])))
 
 
 def test_one_name_with_two_colours(tmp_path):

@@ -33,11 +33,6 @@ def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
-def test_a_second_run_in_the_same_process_is_refused(tmp_path):
-    with whole_folder(tmp_path / "out"), pytest.raises(InputError, match="another run"), whole_folder(tmp_path / "out"):
-        pass
-
-
 def test_a_folder_that_the_system_does_not_allow_is_refused(tmp_path):
     """A name longer than the 255 bytes that file systems take; access rights do not stop the user root."""
     folder = tmp_path / "new" / ("x" * 250)

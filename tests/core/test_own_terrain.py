@@ -15,7 +15,7 @@ from scipy.spatial import Delaunay
 from small_city import EAST, HEAD, NORTH, UP
 from test_terrain import heights_of_scene
 
-from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.terrain import measure_heights
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read import parse_xml
@@ -261,16 +261,6 @@ def test_what_cannot_be_used_is_named(tmp_path):
     with pytest.raises(InputError, match=r"contains no buildings.*--terrain") as caught:
         read_city(write_gml(tmp_path / "only.gml", text))
     assert len(str(caught.value).splitlines()) == 1
-
-
-@pytest.mark.once
-def test_cells_stand_on_the_same_terrain(tmp_path):
-    city = read_city(write_gml(tmp_path / "city.gml", HOUSES, relief(*tin())))
-    whole, cells = build_scene(city), build_scene(city, options=SceneOptions(grid_size=4.0))
-    assert len(cells.surfaces) > len(whole.surfaces)
-    places = around() + ORIGIN[:2]
-    # Each misses the terrain by no more than 15 cm near the feet; their points differ, as other feet are cut.
-    assert heights_of_scene(cells, places) == pytest.approx(heights_of_scene(whole, places), abs=0.3)
 
 
 # -- relief and buildings of one real file: eight houses of The Hague on their own terrain --

@@ -16,7 +16,7 @@ from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
-from citypv.core.results.describe_run import describe_poor_years, describe_weather_error, percent, summarise_errors
+from citypv.core.results.describe_run import describe_poor_years, describe_weather_error
 from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
 from citypv.core.results.draw_sun_path import draw_sun_path
 from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
@@ -264,18 +264,6 @@ def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder,
     again = ["yield", str(folder / "transfer.nc"), "--out", str(tmp_path / folder.name), "--overwrite", "--quiet"]
     assert main(again) == 0
     assert not (tmp_path / folder.name / "report.html").exists()
-
-
-def test_the_budget_in_a_sentence():
-    """√(0.3² + 0.4²) = 0.5, √(0.5² + 1.2²) = 1.3."""
-    suns = {"bias": -0.4, "rms": 1.2}
-    budget = {"sampling_total": 0.3, "sampling_median": 0.5, "sun_sampling": suns, "bounces": 0.05}
-    sentence = summarise_errors(budget)
-    assert "± 0.50 %" in sentence and "± 1.3 %" in sentence and "0.050 %" in sentence
-    known = {**budget, "sun_sampling": {**suns, "groups": {}}}  # then the suns are in the errors of surfaces
-    assert "± 0.50 % and the hours of a single surface typically to ± 0.50 %" in summarise_errors(known)
-    assert "does not tell" in summarise_errors({**budget, "sampling_total": None})
-    assert [percent(value) for value in (0, 0.0169, 2.39, 11.8)] == ["0 %", "0.017 %", "2.4 %", "12 %"]
 
 
 SPOIL = {

@@ -61,11 +61,6 @@ def test_predictions_are_those_of_runs(tmp_path, capfd):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_picture_of_no_known_kind_is_refused(city, capfd):
-    assert main(["accuracy", str(city), "--plot", "curve.txt"]) == 2
-    assert "--plot" in capfd.readouterr().err
-
-
 def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     """Its pilot follows mirrors as a run does."""
     finish = tmp_path / "finish.csv"

@@ -1,10 +1,8 @@
 """Light on racks: long rows against pvlib's infinite sheds, what shades them and what they shade; and their tables."""
 
 import csv
-import json
 
 import numpy as np
-import pandas as pd
 import pytest
 from cities import box
 from flat_roofs import rectangle, roof, rows_of, scene_with
@@ -18,8 +16,6 @@ from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.read_albedo import albedo_of_triangles
-from citypv.core.results.read_results import select_mounted
-from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
@@ -137,64 +133,9 @@ def test_roofs_with_racks_count_once(new_york):
 # -- end to end --
 
 
-def run_berlin(tmp_path, name, *more):
-    city = str(ERA5.parent / "berlin_3910_5817.gml")
-    options = ["--weather", str(ERA5), "--suns", "typical-days:1", "--samples", "8", "--shadow-samples", "4"]
-    out = tmp_path / name
-    assert main(["simulate", city, *options, "--max-bounces", "1", "--quiet", "--out", str(out), *more]) == 0
-    return out, json.loads((out / "summary.json").read_text(encoding="utf-8"))["totals"]
-
-
 def read_rows(path):
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
-
-
-@pytest.mark.slow
-@pytest.mark.once
-def test_the_demo_with_racks_and_without(tmp_path):
-    plain_out, plain = run_berlin(tmp_path, "plain")
-    out, racked = run_berlin(tmp_path, "racked", "--racks", "tilt=10", "--cityjson")
-    before, after = read_rows(plain_out / "faces.csv"), read_rows(out / "faces.csv")
-    named = ("surface_id", "kind", "orientation", "area")
-    assert [[row[name] for name in named] for row in before] == [
-        [row[name] for name in named] for row in after[: len(before)]
-    ]
-    racks = after[len(before) :]
-    changed = [one for one, other in zip(before, after, strict=False) if one["eligible"] != other["eligible"]]
-    roofs = {row["surface_id"].rpartition("/rack")[0] for row in racks}
-    assert {row["surface_id"] for row in changed} == roofs and {row["kind"] for row in changed} == {"flat"}
-    assert racks and {row["kind"] for row in racks} == {"rack"} and {row["eligible"] for row in racks} == {"true"}
-    assert {row["surface_id"].rpartition("/rack")[0] for row in racks} <= {
-        row["surface_id"] for row in before if row["kind"] == "flat"
-    }
-    area = sum(float(row["area"]) for row in racks)
-    kinds, flat = racked["kinds"], plain["kinds"]["flat"]
-    assert kinds["rack"]["eligible_area"] == pytest.approx(area, rel=0.01)
-    assert racked["kwp"] == pytest.approx(sum(one["kwp"] for one in kinds.values()))
-    assert kinds["rack"]["kwp"] < 0.6 * flat["kwp"]
-    assert kinds["rack"]["full_load_hours"] > flat["full_load_hours"]
-    whole = racked["without_modules"]["under racks"]["area"] + kinds["flat"]["eligible_area"]
-    assert whole == pytest.approx(flat["eligible_area"], rel=0.05)
-    groups = {(row["kind"], row["orientation"]) for row in read_rows(out / "groups.csv")}
-    assert ("rack", "south") in groups and ("rack", "south") not in {
-        (row["kind"], row["orientation"]) for row in read_rows(plain_out / "groups.csv")
-    }
-    # The plan of the report draws racks above their roofs.
-    outlines = read_transfer(out / "transfer.nc").outlines
-    last = outlines.rings(len(after) - 1)
-    assert len(outlines.surface_start) == len(after) + 1 and len(last) == 1 and last[0].shape == (4, 3)
-    mounted = select_mounted(pd.read_csv(out / "faces.csv", dtype={"eligible": str}))
-    assert mounted[mounted["kind"] == "flat"]["area"].sum() == pytest.approx(kinds["flat"]["eligible_area"], rel=0.01)
-    assert main(["plot", str(out)]) == 0 and (out / "report.html").exists()
-    city = json.loads((out / "city.city.json").read_text(encoding="utf-8"))
-    drawn = [
-        one
-        for thing in city["CityObjects"].values()
-        for geometry in thing["geometry"]
-        for one in geometry["semantics"]["surfaces"]
-    ]
-    assert sum(one["citypv_kind"] == "rack" for one in drawn) == len(racks) and len(drawn) == len(after)
 
 
 def test_the_command_refuses_words_in_one_line(tmp_path, capsys):

@@ -155,14 +155,6 @@ def test_semantics_ids_and_parts(tmp_path):
     assert (city.report.building_count, city.report.part_count) == (1, 1)
 
 
-def test_solid_and_multisurface_of_one_building_count_once(tmp_path):
-    shifted = [[2 * x, y, z] for x, y, z in CUBE]
-    again = {"type": "MultiSurface", "lod": "2", "boundaries": [[[k + 8 for k in ring]] for ring in FACES]}
-    city = read(tmp_path, model({"b": house(again, solid())}, CUBE + [[x / 2 + 1e-3, y, z] for x, y, z in shifted]))
-    assert len(city) == 6
-    assert [len(names) for names in city.report.skipped.values()] == [6]
-
-
 def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
     matrix = [0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 2, 30, 0, 0, 0, 1]  # a quarter turn, twice as high, then a step
     templates = {"templates": [{"type": "Solid", "lod": 2.2, "boundaries": [SHELL]}], "vertices-templates": CUBE}

@@ -149,13 +149,6 @@ def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
     assert terminal.getvalue().endswith("\r\x1b[2K")
 
 
-def test_inspect_tells_nothing_of_small_files_to_a_log(tmp_path, capsys):
-    path = write_cube(tmp_path, ["grey"], head="")
-    for command in ("inspect", "effects"):
-        assert main([command, str(path), "--latitude", "50", "--longitude", "10"]) == 0
-        assert capsys.readouterr().err == ""
-
-
 @pytest.fixture(scope="module")
 def results():
     """City, Scene, Transfer and Energy of some boxes."""

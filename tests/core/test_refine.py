@@ -6,7 +6,6 @@ from scenes import join, strip
 from test_triangulate import vectors
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.settings.errors import InputError
 
 HEIGHT, WIDTH, LENGTH = 20.0, 20.0, 3000.0  # [m] of a wall and of the ground before it, as long as the wall
 
@@ -48,13 +47,6 @@ def test_one_size_for_all_is_the_size_of_each():
     )
     for a, b in zip(one, each, strict=True):
         assert np.array_equal(a, b)
-
-
-@pytest.mark.parametrize("size", [0.0, -1.0, np.nan])
-def test_sizes_that_are_none_are_refused(size):
-    scene = wall_and_ground()
-    with pytest.raises(InputError, match="patch_size: row 2"):
-        refine_triangles(scene.vertices, scene.triangles, np.where(np.arange(len(scene.triangles)) == 2, size, 5.0))
 
 
 @pytest.mark.parametrize(("length", "height", "most"), [(1000, 3, 220), (100, 3, 24), (1000, 30, 2700), (60, 15, 72)])

@@ -211,20 +211,6 @@ def test_keys_alone_do_all(page, folder):
     assert page.run("chosen.building") == -1
 
 
-def test_a_mouse_turns_and_zooms_without_choosing(page):
-    x, y, width, height = Picture.frame_of(page)
-    middle = {"x": x + width / 2, "y": y + height / 2}
-    before, angle = page.run("view.camera.position.length()"), page.run("view.controls.getAzimuthalAngle()")
-    page.call("Input.dispatchMouseEvent", type="mousePressed", button="left", clickCount=1, **middle)
-    middle["x"] += 90
-    page.call("Input.dispatchMouseEvent", type="mouseMoved", button="left", buttons=1, **middle)
-    page.call("Input.dispatchMouseEvent", type="mouseReleased", button="left", clickCount=1, **middle)
-    assert page.run("chosen.building") == -1
-    assert page.run("view.controls.getAzimuthalAngle()") < angle - 0.1
-    page.call("Input.dispatchMouseEvent", type="mouseWheel", deltaX=0, deltaY=-240, **middle)
-    page.wait(f"view.camera.position.length() < 0.98 * {before}")
-
-
 def test_on_a_phone_nothing_hangs_over_and_a_tap_chooses(page, folder):
     page.resize(375, 812)
     page.call("Emulation.setTouchEmulationEnabled", enabled=True)
@@ -236,17 +222,6 @@ def test_on_a_phone_nothing_hangs_over_and_a_tap_chooses(page, folder):
     page.call("Emulation.setTouchEmulationEnabled", enabled=False)
     assert page.run("chosen.surface") == surface
     assert page.run("[document.documentElement.scrollWidth, view.canvas.clientWidth <= 375]") == [375, True]
-
-
-def test_months_share_a_scale_if_wanted(page, faces):
-    page.run("byId('layer').value = city.layers.findIndex((layer) => layer.name === 'month_06')")
-    page.run("byId('layer').dispatchEvent(new Event('change'))")
-    assert "Jun" in page.run("byId('legend-title').textContent")
-    own = page.run("currentLayer().high")
-    page.run("byId('shared').click()")
-    shared = page.run("currentLayer().high")
-    most = on_counted_area(faces[faces["eligible"]], "full_load_hours_06").max()
-    assert 0.9 * most < own <= shared
 
 
 def test_a_comparison_shows_the_change(chromium, folder, tmp_path):

@@ -3,7 +3,6 @@
 import importlib.util
 import os
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -67,26 +66,6 @@ def test_missing_packages_are_one_line_with_what_they_are_for(tool, machine):
     assert "type: sudo sh -c 'apt-get update && apt-get install -y" in line and can_be_pasted(line)
 
 
-def test_packages_are_installed_where_sudo_asks_nothing(tool, machine, tmp_path, capsys):
-    machine("apt-get")
-    machine("sudo", f'echo "$@" >> {tmp_path}/said')
-    tool.install_system_packages(["libgl1"])
-    assert "env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends libgl1" in (
-        (tmp_path / "said").read_text()
-    )
-    assert "installing window and graphics libraries that Blender loads (1 packages): libgl1" in capsys.readouterr().out
-
-
-def test_a_browser_is_named_apart_from_blenders_libraries(tool):
-    words = tool.describe_purpose(["chromium", "libgl1"])
-    assert words.endswith("Blender loads (1 packages) and a browser for the tests of the report")
-
-
-def test_without_apt_the_packages_are_named(tool, machine):
-    line = stopped(tool.install_system_packages, ["libgl1"])
-    assert "install what Debian calls libgl1" in line and "graphics" in line
-
-
 def test_python_comes_by_apt_where_apt_has_it(tool, machine, tmp_path):
     """As in a Debian 13 whose python3 is another one."""
     machine("apt-cache", "echo python3.13:; echo '  Candidate: 3.13.5-2'")
@@ -113,19 +92,6 @@ def test_uv_without_a_network_says_what_to_type(tool, machine, tmp_path, monkeyp
     line = stopped(tool.bring_python)
     assert "uv could not fetch Python 3.13 (error: error sending request for url)" in line
     assert cure in line and can_be_pasted(line)
-
-
-def test_packages_of_python_that_cannot_be_fetched_are_one_line(tool, capsys):
-    command = [
-        sys.executable,
-        "-c",
-        "print('NewConnectionError: Temporary failure in name resolution'); raise SystemExit(1)",
-    ]
-    line = stopped(tool.run, command)
-    assert "Type: HTTPS_PROXY=http://HOST:PORT PIP_INDEX_URL=https://HOST/simple make demo" in line
-    assert "NewConnectionError" in capsys.readouterr().out
-    line = stopped(tool.run, [sys.executable, "-c", "print('disk is full'); raise SystemExit(1)"])
-    assert line.endswith("its output is above")
 
 
 def test_make_without_any_python_is_one_line(tmp_path):
@@ -190,10 +156,3 @@ def test_large_tests_are_left_out_of_archive_and_list(tmp_path, copy_wheel):
         assert slim.namelist() == kept
         assert [line.split(",")[0] for line in slim.read(RECORD).decode().splitlines()] == kept
         assert slim.read("toy/testing.py") == files["toy/testing.py"]
-
-
-def test_other_wheels_stay_as_they_are(tmp_path, copy_wheel):
-    path, _ = make_wheel(tmp_path, 1000)
-    (tmp_path / "out").mkdir()
-    copy_wheel(path, tmp_path / "out")
-    assert (tmp_path / "out" / path.name).read_bytes() == path.read_bytes()

@@ -9,7 +9,6 @@ from test_covered import box
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.effects.table import TABLE
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
@@ -21,15 +20,6 @@ def three_houses():
     ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 6)
     houses = box((-10, -10, 0), (0, 0, 12)) + box((4, -8, 0), (12, 2, 20)) + box((-6, 8, 0), (9, 16, 6))
     return join([ground, *houses])
-
-
-def test_a_new_building_never_adds_direct_light():
-    before = three_houses()
-    alone = run_gather(before, SUNS, max_bounces=0, shadow_samples=64)
-    parts = [(before.vertices, before.triangles), *box((14, -30, 0), (24, -20, 35))]
-    after = run_gather(join(parts), SUNS, max_bounces=0, shadow_samples=64)
-    assert (after.visible_share[: len(alone.visible_share)] <= alone.visible_share).all()
-    assert after.visible_share[: len(alone.visible_share)].sum() < alone.visible_share.sum() - 1
 
 
 def test_albedo_zero_needs_no_matrix():
@@ -68,31 +58,10 @@ def test_shadows_off_leave_the_sky_as_it_is():
     assert off.record.shadow_rays == 0 < on.record.shadow_rays
 
 
-def test_plan_counts_what_stands_free():
-    """The highest roof has nothing in front of it; where all rays are sent they find the same."""
-    scene = three_houses()
-    on = run_gather(scene, SUNS)
-    off = run_gather(scene, SUNS, effects={"sky-rays": True, "shadow-rays": True})
-    free = on.diffuse_relative_standard_error == 0
-    highest = np.flatnonzero(scene.vertices[scene.triangles][:, :, 2].min(axis=1) == 20)
-    assert free[highest].all()
-    assert on.diffuse_relative[highest] == pytest.approx(1, abs=1e-7)
-    assert off.diffuse_relative[highest] == pytest.approx(1, abs=1e-6)
-    assert on.record.hemisphere_rays < off.record.hemisphere_rays
-
-
 def test_unknown_effect_is_refused():
     with pytest.raises(InputError, match="no effect is called 'fog'") as caught:
         run_gather(three_houses(), SUNS, effects={"fog": True})
     assert all(key in str(caught.value) for key in TABLE)
-
-
-def test_an_error_in_progress_ends_the_task():
-    def stop(stage, done, total, unit):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        trace_gather(three_houses(), SUNS, Request(), stop)
 
 
 def test_plan_says_why():

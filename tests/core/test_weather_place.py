@@ -113,14 +113,3 @@ def test_options_out_of_range(city, tmp_path, capfd, options, word):
     said = capfd.readouterr().err
     assert word in said
     assert said.count("\n") == 1
-
-
-def test_annual_sums_of_a_leap_year(traced, tmp_path):
-    again = ["yield", str(traced / "days" / "transfer.nc"), "--quiet", "--weather", "clear-sky"]
-    sums = {}
-    for year in (2019, 2020):
-        assert main([*again, "--year", str(year), "--out", str(tmp_path / str(year))]) == 0
-        sums[year] = json.loads((tmp_path / str(year) / "summary.json").read_text())["weather"]["ghi_annual"]
-    leap = read_weather("clear-sky", *BERLIN, year=2020).data["ghi"].sum() / 1000
-    assert sums[2020] == pytest.approx(leap, rel=5e-3)  # of the whole year, not of 365/366 of it
-    assert sums[2020] > sums[2019]

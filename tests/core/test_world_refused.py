@@ -79,11 +79,3 @@ def test_a_region_that_the_weather_cannot_have_is_refused(tmp_path, capsys, weat
     assert error.count("\n") == 1
     assert error.startswith(f"citypv: error: {option[0]}: ")
     assert words in error
-
-
-def test_the_help_lists_no_option_that_is_refused(capsys):
-    assert main(["world", "--help"]) == 0
-    listed = capsys.readouterr().out
-    assert "--weather-place" in listed
-    for name in ("series", "monthly", "losses", "inverter", "allow-distance", "weather-point"):
-        assert f"--{name}" not in listed
