@@ -1,31 +1,47 @@
-"""Bundle the parts of three.js that the report's 3D view uses, and check our own JavaScript for style.
+"""Bundle the parts of three.js and 3d-tiles-renderer that CityPV's pages use, and check our own JavaScript for style.
 
     python3 tools/bundle_three.py
 
-Writes core/results/web/three.js, the same bytes every time, and the versions and hashes beside it. Needs npm and a
-network, which nobody needs to install, run or test CityPV.
+Writes three.js and tiles.js into core/results/web, the same bytes every time, and versions and hashes beside them.
+Needs npm and a network, which nobody needs to install, run or test CityPV.
 """
 
 import hashlib
 import json
+import re
 import subprocess
 import tempfile
 from pathlib import Path
 
 WEB = Path(__file__).resolve().parent.parent / "core" / "results" / "web"
-PACKAGES = {"three": "0.169.0", "esbuild": "0.28.2", "eslint": "9.39.5", "@eslint/js": "9.39.5", "globals": "16.4.0"}
-PARTS = """
-export { BufferAttribute, BufferGeometry, Color, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer }
-  from "three";
-export { OrbitControls } from "three/addons/controls/OrbitControls.js";
+PACKAGES = {
+    "three": "0.169.0",
+    "3d-tiles-renderer": "0.5.3",
+    "esbuild": "0.28.2",
+    "eslint": "9.39.5",
+    "@eslint/js": "9.39.5",
+    "globals": "16.4.0",
+}
+PARTS = """BufferAttribute, BufferGeometry, Color, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial,
+LineSegments, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer"""
+CONTROLS = 'export { OrbitControls } from "three/addons/controls/OrbitControls.js";'
+USERS = ("three/examples/jsm/loaders/GLTFLoader.js", "three/examples/jsm/utils/BufferGeometryUtils.js")
+USERS += ("3d-tiles-renderer/build/renderer-*.js",)  # files of tiles.js, which take what they need from three.js
+TILES = 'export { TilesRenderer } from "3d-tiles-renderer/three";'
+# What fetches is in tiles.js alone: nothing in the report may.
+FETCHING = ("FileLoader", "ImageBitmapLoader", "TextureLoader", "ImageLoader")
+GLOBAL = """const { FileLoader } = require("./node_modules/three/src/loaders/FileLoader.js");
+const { ImageBitmapLoader } = require("./node_modules/three/src/loaders/ImageBitmapLoader.js");
+module.exports = { ...globalThis.THREE, FileLoader, ImageBitmapLoader };
 """
-BUNDLE = "--bundle --minify --format=iife --global-name=THREE --target=es2022 --charset=ascii --legal-comments=none"
+BUNDLE = "--bundle --minify --format=iife --target=es2022 --charset=ascii --legal-comments=none"
+ALIAS = "--alias:three/addons=./node_modules/three/examples/jsm --alias:three=./three-global.cjs"
+PAGES = ("report.js", "map.js")  # each with viewer.js in front of it
 RULES = """
 import js from "@eslint/js";
 import globals from "globals";
 export default [js.configs.recommended, {
-  languageOptions: { sourceType: "script", globals: { ...globals.browser, THREE: "readonly" } },
+  languageOptions: { sourceType: "script", globals: { ...globals.browser, THREE: "readonly", TILES: "readonly" } },
   rules: { "prefer-const": "error", "eqeqeq": "error", "no-var": "error", "max-len": ["error", 120],
            "complexity": ["error", 12], "max-lines-per-function": ["error", 60] },
 }];
@@ -34,30 +50,49 @@ export default [js.configs.recommended, {
 
 def main():
     """Fetch the packages, bundle, note where it comes from, and lint."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        modules = folder / "node_modules"
         (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": PACKAGES}))
-        call(folder, "npm", "install", "--ignore-scripts", "--no-audit", "--no-fund")
-        (folder / "parts.mjs").write_text(PARTS)
-        call(folder, "npx", "esbuild", "parts.mjs", "--outfile=three.js", *BUNDLE.split())
-        licence = (folder / "node_modules/three/LICENSE").read_text("utf-8").replace("\u00a9", "(c)").strip()
-        version = PACKAGES["three"]
-        code = f"/*! three.js {version} with OrbitControls\n{licence}\n*/\n{(folder / 'three.js').read_text('ascii')}"
-        (WEB / "three.js").write_text(code, "ascii", newline="\n")
+        call(folder, "npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--legacy-peer-deps")
+        taken = {part for user in USERS for path in modules.glob(user) for part in list_taken(path)} - set(FETCHING)
+        names = ", ".join(sorted(taken | set(PARTS.replace("\n", " ").split(", "))))
+        bundle(folder, "three", f'export {{ {names} }} from "three";\n{CONTROLS}', "--global-name=THREE")
+        (folder / "three-global.cjs").write_text(GLOBAL)
+        bundle(folder, "tiles", TILES, "--global-name=TILES", *ALIAS.split())
         lock = json.loads((folder / "package-lock.json").read_text("utf-8"))["packages"]
-        digest = hashlib.sha256((WEB / "three.js").read_bytes()).hexdigest()
-        source = [
-            f"three.js: parts of three {version} (npm, {lock['node_modules/three']['integrity']}),",
-            f"bundled by esbuild {PACKAGES['esbuild']} as tools/bundle_three.py says.",
-            f"sha256 of three.js: {digest}",
-            "",
-            licence,
-        ]
-        (WEB / "three.LICENSES.txt").write_text("\n".join(source) + "\n", "utf-8", newline="\n")
+        source = []
+        for name, package in (("tiles", "3d-tiles-renderer"), ("three", "three")):
+            licence = (modules / package / "LICENSE").read_text("utf-8").replace("\u00a9", "(c)").strip()
+            version, more = PACKAGES[package], " with GLTFLoader of three.js (MIT)" if name == "tiles" else ""
+            # Apache-2.0 is long: its file beside this has it.
+            head = licence if name == "three" else "Apache License 2.0, see three.LICENSES.txt"
+            code = f"/*! {package} {version}{more}\n{head}\n*/\n{(folder / f'{name}.js').read_text('ascii')}"
+            (WEB / f"{name}.js").write_text(code, "ascii", newline="\n")
+            source += [
+                f"{name}.js: parts of {package} {version}{more} (npm, {lock[f'node_modules/{package}']['integrity']}),",
+                f"bundled by esbuild {PACKAGES['esbuild']} as tools/bundle_three.py says.",
+                f"sha256 of {name}.js: {hashlib.sha256((WEB / f'{name}.js').read_bytes()).hexdigest()}",
+                *("", licence, ""),
+            ]
+            print(f"{WEB / f'{name}.js'}: {len(code):,} bytes")
+        (WEB / "three.LICENSES.txt").write_text("\n".join(source).rstrip() + "\n", "utf-8", newline="\n")
         (folder / "eslint.config.mjs").write_text(RULES)
-        (folder / "viewer.js").write_bytes((WEB / "viewer.js").read_bytes())
-        call(folder, "npx", "eslint", "viewer.js")
-        print(f"{WEB / 'three.js'}: {len(code):,} bytes, sha256 {digest}")
+        for page in PAGES:
+            (folder / page).write_bytes((WEB / "viewer.js").read_bytes() + (WEB / page).read_bytes())
+        call(folder, "npx", "eslint", *PAGES)
+
+
+def list_taken(path):
+    """Names that a module takes from three."""
+    taken = re.findall(r'import\s*{([^}]*)}\s*from\s*["\']three["\']', path.read_text("utf-8"))
+    return {part.split(" as ")[0].strip() for names in taken for part in names.split(",")} - {""}
+
+
+def bundle(folder, name, code, *options):
+    """Bundle a module's code into NAME.js."""
+    (folder / f"{name}.mjs").write_text(code)
+    call(folder, "npx", "esbuild", f"{name}.mjs", f"--outfile={name}.js", *BUNDLE.split(), *options)
 
 
 def call(folder, *command):

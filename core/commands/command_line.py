@@ -129,6 +129,12 @@ def build_parser():
     plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
     plot.add_argument("--quiet", action="store_true", help="print errors only")
     plot.set_defaults(run=run_plot)
+    site = commands.add_parser("site", help="a city's solar map for a web server: 3D Tiles, an index, a page")
+    site.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
+    site.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
+    site.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
+    add_output(site)
+    site.set_defaults(run=run_site)
     world = commands.add_parser("world", help="full load hours of traced districts all over the world")
     add_world(world)
     add_output(world)
@@ -232,6 +238,20 @@ def run_plot(options):
     paths = plot_results(options.folder)
     if not options.quiet:
         print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
+
+
+def run_site(options):
+    """`citypv site`."""
+    from ..results.write_site import NO_LICENCE, write_site
+
+    named = {name: getattr(options, name) for name in ("attribution", "private", "overwrite")}
+    found = write_site(options.folder, options.out, **named)
+    if options.quiet:
+        return
+    print("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found), file=sys.stderr)
+    if not options.attribution:
+        print(f"{NO_LICENCE} Give --attribution.", file=sys.stderr)
+    print(f"Written to {options.out} ({found['bytes'] / 1e6:,.1f} MB)", file=sys.stderr)
 
 
 def run_inspect(options):

@@ -134,21 +134,25 @@ def check_comparable(before, after):
     InputError
         Names what differs.
     """
-    apart = []
-    if before.summary["weather"]["label"] != after.summary["weather"]["label"]:
-        apart.append("the weather")
+    apart = list_differences(before.summary, after.summary)
     if before.interval != after.interval or not before.times.equals(after.times):
-        apart.append("the hours")
-    one, other = before.summary["settings"], after.summary["settings"]
-    for name, default, _ in declared_settings(*GROUPS):
-        if name not in FREE and one.get(name, default) != other.get(name, default):
-            apart.append(option_of(name))
+        apart.insert("the weather" in apart, "the hours")
     if apart:
         problem = f"{before.name} and {after.name} differ in {', '.join(apart)}"
         raise InputError("compare", problem, "compute both with the same, by citypv yield if the light is there")
     for one in (before, after):
         if one.outlines is None:
             raise InputError(one.name, "has no shapes of its surfaces, by which they are told", CURE)
+
+
+def list_differences(one, other):
+    """What two summaries differ in that their numbers rest on: list of str."""
+    apart = ["the weather"] * (one["weather"]["label"] != other["weather"]["label"])
+    one, other = one["settings"], other["settings"]
+    for name, default, _ in declared_settings(*GROUPS):
+        if name not in FREE and one.get(name, default) != other.get(name, default):
+            apart.append(option_of(name))
+    return apart
 
 
 def match_shapes(earlier, later):

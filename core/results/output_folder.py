@@ -27,6 +27,7 @@ NAMES += (
     "world_months.png",
     "world_day.png",
 )
+NAMES += ("tiles", "buildings", "page", "index.html")
 NAMES += ("city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
 LOCK = ".lock"
 
@@ -131,6 +132,8 @@ def move_results(work, folder):
         return
     (folder / NAMES[-1]).unlink(missing_ok=True)
     for name in NAMES:
+        if (folder / name).is_dir():
+            shutil.rmtree(folder / name)
         if (work / name).exists():
             (work / name).replace(folder / name)
         else:

@@ -84,20 +84,27 @@ def pack_city(results, change=None):
     header = {
         "buildings": buildings.tolist(),
         "surfaces": faces["surface_id"].tolist(),
-        "kinds": [{"name": name, "single": SINGLE.get(name, name), "many": kind_title(name)} for name in kinds],
-        "sides": sides,
-        "reasons": ["", FLAT, *REASONS.values()],
-        "months": MONTHS,
         "groups": {} if "month_01" in values else tabulate_months(results.groups),
-        "layers": list_layers(values, mounted),
-        "missing": f"#{MISSING}",
-        "ground": f"#{GROUND}",
+        **describe_view(kinds, sides, list_layers(values, mounted)),
         "arrays": [entry for entry, _ in packed],
     }
     text = json.dumps(header, separators=(",", ":")).encode("ascii")
     stream = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     parts = [len(text).to_bytes(4, "little"), text, *(data for _, data in packed)]
     return base64.b64encode(stream.compress(b"".join(parts)) + stream.flush()).decode("ascii")
+
+
+def describe_view(kinds, sides, layers):
+    """What the page must know to show any surface: dict."""
+    return {
+        "kinds": [{"name": name, "single": SINGLE.get(name, name), "many": kind_title(name)} for name in kinds],
+        "sides": sides,
+        "reasons": ["", FLAT, *REASONS.values()],
+        "months": MONTHS,
+        "layers": layers,
+        "missing": f"#{MISSING}",
+        "ground": f"#{GROUND}",
+    }
 
 
 def pack_array(name, array):

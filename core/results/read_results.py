@@ -157,6 +157,11 @@ def read_table(path, texts, numbers):
         table = pd.read_csv(path, dtype=dict.fromkeys(texts, str), keep_default_na=False)
     except (ValueError, OSError) as error:
         raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
+    return check_columns(path, table, texts, numbers)
+
+
+def check_columns(path, table, texts, numbers):
+    """The table, all columns but those of text as numbers; parameters and errors as of `read_table`."""
     missing = [name for name in (*texts, *numbers) if name not in table]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", CURE)

@@ -71,7 +71,7 @@ WEB = Path(__file__).parent / "web"
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
 TOO_LARGE = (
     "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take {size:.0f} MB, of which "
-    "there may be {most:.0f}. The tables beside this page have all numbers."
+    "there may be {most:.0f}. citypv site makes a map of any size; the tables beside this page have all numbers."
 )
 
 
@@ -116,7 +116,7 @@ def compose_city(results, change=None):
 
 def fill_page(title, body, data=""):
     """A page that may load nothing, and run nothing but the 3D view, where there is `data` of `pack_city`: str."""
-    codes = [read_web(name) for name in ("three.js", "viewer.js")] if data else []
+    codes = [read_web("three.js"), read_web("viewer.js") + read_web("report.js")] if data else []
     scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
     style, allowed = read_web("page.css") + read_web("viewer.css"), " ".join(map(hash_source, codes)) or "'none'"
     return Template(read_web("page.html")).substitute(

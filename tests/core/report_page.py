@@ -26,11 +26,11 @@ def shown_parts(page):
 class Picture:
     """What rays through places of the window meet, by planes and convex polygons: neither three.js nor Embree."""
 
-    def __init__(self, page, folder):
+    def __init__(self, page, folder, bring=np.asarray):
         outlines = read_results(folder).outlines
         rings = [outlines.rings(surface)[0] for surface in range(len(outlines.surface_start) - 1)]
         padded = [np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings]
-        self.corners = np.array(padded, float)  # (n, 5, 3)
+        self.corners = bring(np.array(padded, float))  # (n, 5, 3) in the frame of the page
         self.normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
         self.frame = self.frame_of(page)
         self.origin, target = np.array(page.run("[view.camera.position.toArray(), view.controls.target.toArray()]"))

@@ -1,7 +1,8 @@
-// The city of report.html in 3D, the numbers of a surface or building that is clicked, and the table of buildings.
+// A city in 3D, the numbers of a surface or building that is clicked, and the table of buildings: what the report
+// (report.js) and a city's solar map (map.js) share.
 //
-// All data lie in the page, packed by core/results/pack_city.py; nothing is fetched. Texts of the data become part of
-// the page by textContent alone. THREE is the bundle of three.js in front of this.
+// Each of them defines what it does in its own way: paintPicture, visitCorners, showMark, choosePicked, rowOf, partsOf
+// and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
 "use strict";
 
 const PAGE_OF_ROWS = 25;
@@ -21,9 +22,8 @@ const COLUMNS = [
   { name: "flatKwp", title: "In addition flat roofs [kWp]", digits: 1 },
 ];
 
-let city; // header and arrays of the data
-let view = null; // of `buildView`; null without WebGL or shapes
-let rows = []; // of the table, a sum for each building
+let city; // header and arrays of the data; of a map those of a tile
+let view = null; // of `startView`; null without WebGL or shapes
 const chosen = { building: -1, surface: -1 };
 const order = { column: 3, down: true, shown: PAGE_OF_ROWS };
 
@@ -64,59 +64,37 @@ function tableRow(tag, texts, firstNumber = 1) {
 
 // ---- The data
 
-async function unpack(text) {
-  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  const buffer = await new Response(stream).arrayBuffer();
-  const size = new DataView(buffer).getUint32(0, true);
-  const found = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
-  let place = 4 + size;
-  for (const entry of found.arrays) {
-    found[entry.name] = unpackArray(new Uint8Array(buffer, place, 4 * entry.count), entry);
-    place += 4 * entry.count;
-  }
-  found.energy = found.kwp.map((kwp, surface) => kwp * found.hours[surface]);
-  return found;
-}
-
-function unpackArray(bytes, { count, whole }) {
-  const mixed = new Uint8Array(4 * count);
-  for (let plane = 0; plane < 4; plane++) {
-    for (let k = 0; k < count; k++) mixed[4 * k + plane] = bytes[plane * count + k];
-  }
-  if (!whole) return new Float32Array(mixed.buffer);
-  const numbers = new Int32Array(mixed.buffer);
-  for (let k = 1; k < count; k++) numbers[k] += numbers[k - 1];
-  return numbers;
-}
-
 function carries(surface) {
   return city.reason[surface] <= 1; // 0: counts, 1: a flat roof, which stands beside the totals
 }
 
 function sumSurfaces(surfaces) {
-  const sum = { count: 0, area: 0, kwp: 0, mwh: 0, hours: 0 };
-  for (const surface of surfaces) {
-    sum.count += 1;
-    sum.area += city.counted[surface];
-    sum.kwp += city.kwp[surface];
-    sum.mwh += (city.kwp[surface] * city.hours[surface]) / 1000;
-    sum.hours += city.counted[surface] * city.hours[surface];
+  const parts = surfaces.map((surface) => {
+    const [area, kwp, hours] = [city.counted[surface], city.kwp[surface], city.hours[surface]];
+    return { area, kwp, mwh: (kwp * hours) / 1000, hours };
+  });
+  return { count: parts.length, ...addParts(parts) };
+}
+
+function addParts(parts) {
+  const sum = { area: 0, kwp: 0, mwh: 0, hours: 0 };
+  for (const { area, kwp, mwh, hours } of parts) {
+    sum.area += area;
+    sum.kwp += kwp;
+    sum.mwh += mwh;
+    sum.hours += area * hours;
   }
   sum.hours /= sum.area; // NaN of nothing
   return sum;
 }
 
-function sumBuildings() {
-  const members = city.buildings.map(() => []);
-  city.building.forEach((building, surface) => members[building].push(surface));
-  return members.map((surfaces, building) => ({
-    id: city.buildings[building],
-    building,
-    surfaces,
-    ...sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 0)),
-    flatKwp: sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 1)).kwp,
-  }));
+// Sums over the kinds of some surfaces that count, and over flat roofs, which stand beside these.
+function sumKinds(surfaces) {
+  const of = (reason) => surfaces.filter((surface) => city.reason[surface] === reason);
+  const counted = city.kinds
+    .map((_, kind) => ({ kind, ...sumSurfaces(of(0).filter((surface) => city.kind[surface] === kind)) }))
+    .filter((sum) => sum.count);
+  return { counted, flat: of(1).length ? sumSurfaces(of(1)) : null };
 }
 
 // ---- Colours
@@ -139,7 +117,7 @@ function colourOf(surface, layer, stops, missing) {
     const place = Math.min(Math.floor(share), stops.length - 2);
     colour = stops[place].map((part, k) => part + (share - place) * (stops[place + 1][k] - part));
   }
-  const faded = chosen.building >= 0 && city.building[surface] !== chosen.building;
+  const faded = chosen.building >= 0 && city.building?.[surface] !== chosen.building;
   return faded ? colour.map((part, k) => 0.3 * part + 0.7 * FADED[k]) : colour;
 }
 
@@ -154,95 +132,13 @@ function paint() {
   byId("grey").style.background = city.missing;
   byId("grey-words").textContent = layer.name === "change" ? "is new, or does not count" : "does not count";
   if (!view) return;
-  const stops = layer.stops.map(readColour);
-  const missing = readColour(city.missing);
-  const colours = view.colours.array;
-  let surface = -1;
-  let colour;
-  for (let triangle = 0; triangle < view.owner.length; triangle++) {
-    if (view.owner[triangle] !== surface) {
-      surface = view.owner[triangle];
-      colour = colourOf(surface, layer, stops, missing);
-    }
-    for (let k = 0; k < 9; k++) colours[9 * triangle + k] = colour[k % 3] * view.shade[triangle];
-  }
-  view.colours.needsUpdate = true;
+  paintPicture(layer, layer.stops.map(readColour), readColour(city.missing));
   draw();
 }
 
 // ---- The picture
 
-function cornerOf(point) {
-  const count = city.corners.length / 3;
-  return [0, 1, 2].map((axis) => city.corners[axis * count + point] / 1000);
-}
-
-function cornersOf(surface) {
-  return [city.ring_start[city.surface_start[surface]], city.ring_start[city.surface_start[surface + 1]]];
-}
-
-function buildMesh() {
-  const { triangles } = city;
-  const count = triangles.length / 3;
-  const positions = new Float32Array(9 * count);
-  const shade = new Float32Array(count);
-  const owner = new Int32Array(count);
-  const owners = new Int32Array(city.corners.length / 3);
-  for (let surface = 0; surface < city.surfaces.length; surface++) owners.fill(surface, ...cornersOf(surface));
-  const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-  const light = new THREE.Vector3(-0.35, -0.6, 0.72).normalize(); // from the south-west
-  for (let triangle = 0; triangle < count; triangle++) {
-    [a, b, c].forEach((corner, k) => {
-      corner.set(...cornerOf(triangles[3 * triangle + k]));
-      corner.toArray(positions, 9 * triangle + 3 * k);
-    });
-    const normal = b.sub(a).cross(c.sub(a)).normalize();
-    shade[triangle] = 0.87 + 0.13 * normal.dot(light); // so that edges show and colours stay those of the legend
-    owner[triangle] = owners[triangles[3 * triangle]];
-  }
-  const geometry = new THREE.BufferGeometry();
-  const colours = new THREE.BufferAttribute(new Uint8Array(9 * count), 3, true);
-  geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
-  geometry.setAttribute("color", colours);
-  const look = { vertexColors: true, side: THREE.DoubleSide, polygonOffset: true };
-  const material = new THREE.MeshBasicMaterial({ ...look, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-  return { mesh: new THREE.Mesh(geometry, material), colours, shade, owner };
-}
-
-function buildEdges(surfaces, look) {
-  const points = [];
-  for (const surface of surfaces) {
-    for (let ring = city.surface_start[surface]; ring < city.surface_start[surface + 1]; ring++) {
-      const [first, last] = [city.ring_start[ring], city.ring_start[ring + 1]];
-      for (let k = first; k < last; k++) points.push(...cornerOf(k), ...cornerOf(k + 1 < last ? k + 1 : first));
-    }
-  }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
-  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
-}
-
-function buildGround() {
-  const [west, east, south, north] = city.plate_bounds;
-  const side = Math.round(Math.sqrt(city.plate.length));
-  const points = new Float32Array(3 * side * side);
-  const corners = [];
-  for (let row = 0; row < side; row++) {
-    for (let column = 0; column < side; column++) {
-      const k = row * side + column;
-      points[3 * k] = west + (column / (side - 1)) * (east - west);
-      points[3 * k + 1] = south + (row / (side - 1)) * (north - south);
-      points[3 * k + 2] = city.plate[k];
-      if (row && column) corners.push(k - side - 1, k - side, k, k - side - 1, k, k - 1);
-    }
-  }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-  geometry.setIndex(corners);
-  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: city.ground, side: THREE.DoubleSide }));
-}
-
-function buildView() {
+function startView() {
   const canvas = byId("view");
   THREE.ColorManagement.enabled = false; // colours are shown as they are
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
@@ -252,24 +148,33 @@ function buildView() {
   scene.background = new THREE.Color(0xe9eef3);
   const camera = new THREE.PerspectiveCamera(35, 1, 1, 1000);
   camera.up.set(0, 0, 1);
-  const parts = buildMesh();
-  const all = [...city.surfaces.keys()];
-  const edges = buildEdges(all, { color: 0x1d2433, transparent: true, opacity: 0.28 });
-  scene.add(buildGround(), parts.mesh, edges);
   const controls = new THREE.OrbitControls(camera, canvas);
   controls.maxPolarAngle = 0.495 * Math.PI;
   controls.keyPanSpeed = 30;
   controls.listenToKeyEvents(canvas);
   controls.addEventListener("change", draw);
-  return { ...parts, canvas, renderer, scene, camera, controls, mark: null, all, box: boundSurfaces(all) };
+  return { canvas, renderer, scene, camera, controls };
 }
 
-function visitCorners(surfaces, visit) {
-  const corner = new THREE.Vector3();
-  for (const surface of surfaces) {
-    const [first, last] = cornersOf(surface);
-    for (let point = first; point < last; point++) visit(corner.set(...cornerOf(point)));
-  }
+// So that edges show, and colours stay those of the legend: light from the south-west.
+function shadeOf(normal) {
+  return 0.87 + 0.13 * normal.dot(new THREE.Vector3(-0.35, -0.6, 0.72).normalize());
+}
+
+function lookOfSurfaces() {
+  const look = { vertexColors: true, side: THREE.DoubleSide, polygonOffset: true };
+  return { ...look, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+}
+
+const LOOK_OF_EDGES = { color: 0x1d2433, transparent: true, opacity: 0.28 };
+const LOOK_OF_MARK = { color: MARK, depthTest: false, transparent: true }; // what is transparent is drawn last
+
+function buildLines(points, look) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
+  const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
+  lines.raycast = () => {}; // a click means a surface
+  return lines;
 }
 
 function boundSurfaces(surfaces) {
@@ -292,6 +197,7 @@ function draw() {
     camera.near = Math.max(distance / 100, 0.1);
     camera.far = distance + 2 * view.box.lower.distanceTo(view.box.upper) + 1000;
     camera.updateProjectionMatrix();
+    view.update?.();
     renderer.render(scene, camera);
     const north = Math.atan2(camera.position.x - controls.target.x, controls.target.y - camera.position.y);
     byId("north").style.transform = `rotate(${north}rad)`;
@@ -354,14 +260,13 @@ function changeDistance(factor) {
   draw();
 }
 
-function pick(event) {
+function castRay(event) {
   const frame = view.canvas.getBoundingClientRect();
   const x = (2 * (event.clientX - frame.left)) / frame.width - 1;
   const y = 1 - (2 * (event.clientY - frame.top)) / frame.height;
   const caster = new THREE.Raycaster();
   caster.setFromCamera(new THREE.Vector2(x, y), view.camera);
-  const [hit] = caster.intersectObject(view.mesh);
-  return hit ? view.owner[hit.faceIndex] : -1;
+  return caster;
 }
 
 function listenToCanvas() {
@@ -371,7 +276,8 @@ function listenToCanvas() {
     down = event.isPrimary && event.button === 0 ? event : null;
   });
   canvas.addEventListener("pointerup", (event) => {
-    if (down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 5) chooseSurface(pick(event));
+    const moved = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
+    if (down && moved < 5) choosePicked(castRay(event));
     down = null;
   });
   const acts = {
@@ -426,7 +332,7 @@ function monthBars(surface) {
 function describeSurface(surface) {
   const [hours, error, kwp] = [city.hours[surface], city.error[surface], city.kwp[surface]];
   const found = [
-    ["Surface", city.surfaces[surface]],
+    ...(city.surfaces ? [["Surface", city.surfaces[surface]]] : []),
     ["Tilt", `${format(city.tilt[surface], 1)}°`],
     ["Azimuth", `${format(city.azimuth[surface], 1)}°`],
     ["Area", `${format(city.area[surface], 2)} m²`],
@@ -453,18 +359,20 @@ function describeSurface(surface) {
   return [make("h3", nameSurface(surface)), table, ...(carries(surface) ? monthBars(surface) : [])];
 }
 
-function describeBuilding({ id, surfaces, building }) {
-  const of = (reason) => surfaces.filter((surface) => city.reason[surface] === reason);
-  const counted = of(0);
-  const parts = city.kinds
-    .map(({ many }, kind) => [many, counted.filter((surface) => city.kind[surface] === kind)])
-    .map(([title, own]) => ({ title, ...sumSurfaces(own) }))
-    .filter((sum) => sum.count);
-  if (parts.length > 1) parts.push({ title: "Together", ...sumSurfaces(counted) });
-  if (of(1).length) parts.push({ title: "In addition flat roofs, modules lying flat", ...sumSurfaces(of(1)) });
+function describeBuilding(row) {
+  const { counted, flat } = partsOf(row);
+  const parts = counted.map((sum) => ({ ...sum, title: city.kinds[sum.kind].many }));
+  if (parts.length > 1) parts.push({ title: "Together", ...addParts(counted) });
+  if (flat) parts.push({ title: "In addition flat roofs, modules lying flat", ...flat });
   const texts = (sum) => [sum.title, format(sum.area, 0), format(sum.kwp, 1), format(sum.mwh, 2), format(sum.hours, 1)];
   const body = make("tbody", "", ...parts.map((sum) => tableRow("td", texts(sum))));
   const head = make("thead", "", tableRow("th", ["", "m²", "kWp", "MWh/a", "h"]));
+  const sums = parts.length ? make("table", "", head, body) : make("p", "None of its surfaces counts.");
+  const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
+  return [make("h3", "Building"), name, sums, ...(row.surfaces ? [foldSurfaces(row.surfaces)] : [])];
+}
+
+function foldSurfaces(surfaces) {
   const list = make("ul");
   const folded = make("details", "", make("summary", `Its ${surfaces.length} surfaces`), list);
   folded.addEventListener("toggle", () => {
@@ -472,26 +380,16 @@ function describeBuilding({ id, surfaces, building }) {
     const item = (surface) => button(`${nameSurface(surface)}: ${hours(surface)}`, () => chooseSurface(surface));
     list.replaceChildren(...surfaces.map((surface) => make("li", "", item(surface))));
   });
-  const sums = parts.length ? make("table", "", head, body) : make("p", "None of its surfaces counts.");
-  const title = make("h3", "Building");
-  return [title, make("p", "", button(id, () => chooseBuilding(building, true))), sums, folded];
+  return folded;
 }
 
 function showChosen() {
   const parts = [];
   if (chosen.surface >= 0) parts.push(...describeSurface(chosen.surface));
-  if (chosen.building >= 0) parts.push(...describeBuilding(rows[chosen.building]));
+  if (chosen.building >= 0) parts.push(...describeBuilding(rowOf(chosen.building)));
   const hint = "Click on a surface, or on a building in the table below.";
   byId("chosen").replaceChildren(...(parts.length ? parts : [make("p", hint)]));
-  if (view) {
-    if (view.mark) {
-      view.scene.remove(view.mark);
-      view.mark.geometry.dispose();
-    }
-    const look = { color: MARK, depthTest: false, transparent: true }; // what is transparent is drawn last
-    view.mark = chosen.surface < 0 ? null : buildEdges([chosen.surface], look);
-    if (view.mark) view.scene.add(view.mark);
-  }
+  if (view) showMark();
   paint();
   showTable();
 }
@@ -511,16 +409,12 @@ function chooseBuilding(building, go = false) {
   if (!view) return;
   const direction = view.camera.position.clone().sub(view.controls.target);
   direction.z = Math.max(direction.z, 0.6 * Math.hypot(direction.x, direction.y)); // from above, over its neighbours
-  fly(rows[building].surfaces, direction, { room: 2 });
+  fly(rowOf(building).shape, direction, { room: 2 });
 }
 
 // ---- The table
 
-function chooseRows() {
-  const wanted = byId("search").value.trim().toLowerCase();
-  const holds = (text) => text.toLowerCase().includes(wanted);
-  const inSurfaces = (row) => row.surfaces.some((surface) => holds(city.surfaces[surface]));
-  const found = wanted ? rows.filter((row) => holds(row.id) || inSurfaces(row)) : [...rows];
+function sortRows(found) {
   const { name } = COLUMNS[order.column];
   const sign = order.down ? -1 : 1;
   const number = (row) => (Number.isFinite(row[name]) ? row[name] : -Infinity);
@@ -529,7 +423,7 @@ function chooseRows() {
 }
 
 function showTable() {
-  const found = chooseRows();
+  const found = sortRows(findRows());
   const head = COLUMNS.map((column, place) => {
     const sorted = place === order.column;
     const arrow = order.down ? " ▾" : " ▴";
@@ -548,7 +442,7 @@ function showTable() {
   const table = byId("buildings");
   table.tHead.rows[0].replaceChildren(...head);
   table.tBodies[0].replaceChildren(...body);
-  byId("found").textContent = `${format(found.length, 0)} of ${format(rows.length, 0)}`;
+  byId("found").textContent = `${format(found.length, 0)} of ${format(city.buildings.length ?? city.buildings, 0)}`;
   byId("more").hidden = found.length <= order.shown;
 }
 
@@ -570,27 +464,16 @@ function show(...names) {
   for (const name of names) byId(name).hidden = false;
 }
 
-function tryView() {
-  if (!city.corners) {
-    note(NOTES.shapes);
-    return null;
-  }
+function tryView(build) {
   try {
-    return buildView();
+    return build();
   } catch {
     note(NOTES.webgl);
     return null;
   }
 }
 
-async function begin() {
-  if (!("DecompressionStream" in window)) {
-    note(NOTES.old);
-    return;
-  }
-  city = await unpack(byId("data").textContent);
-  rows = sumBuildings();
-  if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
+function showPage() {
   const options = city.layers.map((layer, place) => {
     const option = make("option", layer.title);
     option.value = place;
@@ -598,16 +481,11 @@ async function begin() {
   });
   byId("layer").append(...options);
   for (const name of ["layer", "shared"]) byId(name).addEventListener("change", paint);
-  byId("search").addEventListener("input", () => {
-    order.shown = PAGE_OF_ROWS;
-    showTable();
-  });
   byId("more").addEventListener("click", () => {
     order.shown += 4 * PAGE_OF_ROWS;
     showTable();
   });
   show("stage", "table");
-  view = tryView();
   if (view) {
     show("tools", "help");
     listenToCanvas();
@@ -616,5 +494,3 @@ async function begin() {
   } else byId("stage").className = "alone";
   showChosen();
 }
-
-begin();

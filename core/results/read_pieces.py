@@ -1,0 +1,161 @@
+"""Result folders piece by piece, in one frame: for a city of any size.
+
+The frame lies in the tangent plane of the ellipsoid: x east, y north, z up, metres; its origin is the place of the
+first folder, at height zero. Heights of the files are taken as heights above the ellipsoid.
+"""
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import h5netcdf
+import numpy as np
+import pandas as pd
+import pyproj
+
+from ..city.locate_site import bring_to_grid
+from ..city.polygons import triangulate
+from ..city.scene import Site
+from ..city.transform_crs import plane_of
+from ..settings.errors import InputError
+from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, read_summary
+from .surfaces_file import CURE, FORMAT, MONTHLY, NAME, read_texts
+from .transfer_file import OUTLINES
+
+ROWS = 20_000  # of faces.csv at a time
+GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
+SHAPES = "compute the folder again, by citypv simulate or citypv yield"
+
+
+@dataclass
+class Piece:
+    """Some surfaces, with shapes."""
+
+    faces: pd.DataFrame  # rows of faces.csv
+    months: np.ndarray  # (n, 12) [h]
+    corners: np.ndarray  # (m, 3) float64 [m] in the map's frame, those of a surface one after the other
+    corner_count: np.ndarray  # (n,) int
+    triangles: np.ndarray  # (t, 3) int, each into the corners of its surface
+    triangle_count: np.ndarray  # (n,) int
+
+    def take(self, mask):
+        """The surfaces of a mask, (n,) bool."""
+        corners, triangles = np.repeat(mask, self.corner_count), np.repeat(mask, self.triangle_count)
+        return Piece(
+            *(self.faces[mask], self.months[mask], self.corners[corners], self.corner_count[mask]),
+            *(self.triangles[triangles], self.triangle_count[mask]),
+        )
+
+    def spots(self):
+        """Corner of each corner of the triangles: (t, 3) int into `corners`."""
+        first = np.cumsum(self.corner_count) - self.corner_count
+        return self.triangles + np.repeat(first, self.triangle_count)[:, None]
+
+
+def join_pieces(pieces):
+    """One piece of several."""
+    arrays = ("months", "corners", "corner_count", "triangles", "triangle_count")
+    faces = pd.concat([piece.faces for piece in pieces], ignore_index=True)
+    return Piece(faces, *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in arrays))
+
+
+def frame_of(latitude, longitude):
+    """East, north and up at a place [°] of height zero, and that place, from the Earth's centre: (4, 4), by rows."""
+    globe = pyproj.Transformer.from_crs("EPSG:4979", GLOBE, always_xy=True)
+    phi, lam = np.radians([latitude, longitude])
+    east = [-np.sin(lam), np.cos(lam), 0.0]
+    up = [np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)]
+    rows = [east, np.cross(up, east), up, globe.transform(longitude, latitude, 0.0)]
+    return np.column_stack([np.array(rows), [0, 0, 0, 1]])
+
+
+def read_pieces(folder, frame):
+    """The surfaces of a result folder, some at a time.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    frame : (4, 4) float64
+        Of `frame_of`.
+
+    Yields
+    ------
+    Piece
+
+    Raises
+    ------
+    InputError
+        A file is missing, cannot be read, or belongs to another run than the others.
+    """
+    for name in ("faces.csv", NAME):
+        if not (folder / name).is_file():
+            raise InputError(folder / name, "there is no such file", SHAPES if name == NAME else CURE)
+    site = read_summary(folder / "summary.json")["input"]["site"]
+    to_frame = bring_to_frame(Site(**site | {"origin": tuple(site["origin"])}), frame)
+    first, path = 0, folder / NAME
+    with opened(path) as file, read_rows(folder / "faces.csv") as tables:
+        for table in tables:
+            faces = check_columns(folder / "faces.csv", table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
+            yield read_shapes(path, file, faces, first, to_frame)
+            first += len(faces)
+        if first != file["surface_id"].shape[0]:
+            raise InputError(path, "does not belong to the faces.csv beside it", CURE)
+
+
+@contextmanager
+def opened(path):
+    """A surfaces.nc that is open; whatever cannot be read from it is the file's fault."""
+    try:
+        with h5netcdf.File(path) as file:
+            if file.attrs.get("title") != FORMAT or not {*OUTLINES, MONTHLY} <= set(file.variables):
+                raise InputError(path, "has no shapes or no months of the surfaces", SHAPES)
+            yield file
+    except (OSError, KeyError, IndexError) as error:
+        raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
+
+
+@contextmanager
+def read_rows(path):
+    """Rows of a table, some at a time."""
+    try:
+        with pd.read_csv(path, dtype=dict.fromkeys(FACE_TEXTS, str), keep_default_na=False, chunksize=ROWS) as tables:
+            yield tables
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
+
+
+def read_shapes(path, file, faces, first, to_frame):
+    """Piece of some rows of faces.csv, of which the first is number `first`."""
+    rows = slice(first, first + len(faces))
+    if read_texts(file["surface_id"][rows]) != faces["surface_id"].tolist():
+        raise InputError(path, "does not belong to the faces.csv beside it", CURE)
+    start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
+    rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
+    points = to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float))
+    start, rings = start - start[0], rings - rings[0]
+    shaped = np.flatnonzero(np.diff(start) > 0)
+    triangles, owner = triangulate(points, rings, np.append(start[shaped], start[-1]))
+    corner_count, order = np.diff(rings[start]), np.argsort(owner, kind="stable")
+    owner = shaped[owner[order]]
+    triangles = triangles[order] - rings[start[owner]][:, None]
+    count = np.bincount(owner, minlength=len(faces))
+    return Piece(faces, file[MONTHLY][rows].astype(float), points, corner_count, triangles, count)
+
+
+def bring_to_frame(site, frame):
+    """A function from points of a scene's frame, (m, 3) float64 [m], to the map's frame.
+
+    Without a reference system, or where it does not hold, the scene's frame is that of its place.
+    """
+    own = frame_of(site.latitude, site.longitude)
+    plane = plane_of(site.crs)[0].to_3d() if site.crs else None
+    globe = None if plane is None else pyproj.Transformer.from_crs(plane, GLOBE, always_xy=True)
+
+    def bring(points):
+        there = np.full(points.shape, np.inf)
+        if globe is not None:
+            there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
+        if not np.isfinite(there).all():
+            there = (points + np.array([0.0, 0.0, site.origin[2]])) @ own[:3, :3] + own[3, :3]
+        return (there - frame[3, :3]) @ frame[:3, :3].T
+
+    return bring

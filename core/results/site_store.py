@@ -1,0 +1,121 @@
+"""What a solar map is made of, on disk while it is made: memory does not grow with the city.
+
+Surfaces are kept by the square in which the middle of their building lies.
+"""
+
+import json
+import pickle
+import sqlite3
+import zlib
+
+import numpy as np
+
+from ..settings.errors import InputError
+from .tile_tree import SIDE
+
+MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
+
+
+class Store:
+    """Surfaces by square, buildings, and tiles, in a file of their own."""
+
+    def __init__(self, path):
+        self.base = sqlite3.connect(path, isolation_level=None)
+        self.base.executescript(
+            """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
+            CREATE TABLE building (number INTEGER PRIMARY KEY, name TEXT UNIQUE, folder INTEGER, x INTEGER, y INTEGER,
+                sorted BLOB, energy REAL, row TEXT);
+            CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB);
+            CREATE TABLE node (level INTEGER, x INTEGER, y INTEGER, data BLOB);"""
+        )
+
+    def close(self):
+        """Leave the file."""
+        self.base.close()
+
+    def add_piece(self, piece, number, folder):
+        """Keep the surfaces of a piece of the folder of some number, each with its building.
+
+        Raises
+        ------
+        InputError
+            Another folder has one of its buildings.
+        """
+        names, building = np.unique(piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True)
+        owner = building[np.repeat(np.arange(len(building)), piece.corner_count)]
+        count = np.maximum(np.bincount(owner, minlength=len(names)), 1)[:, None]
+        sums = [np.bincount(owner, piece.corners[:, axis], len(names)) for axis in (0, 1)]
+        squares = np.floor(np.stack(sums, axis=1) / count / SIDE).astype(int).tolist()
+        add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
+        self.base.executemany(add, [(name, number, x, y) for name, (x, y) in zip(names, squares, strict=True)])
+        find = "SELECT number - 1, x, y, folder FROM building WHERE name = ?"
+        known = np.array([self.base.execute(find, (name,)).fetchone() for name in names])
+        if (known[:, 3] != number).any():
+            name = names[known[:, 3] != number][0]
+            raise InputError(folder, f"building {name} is in another of the folders too", "leave one of them out")
+        piece.faces["building"] = known[building, 0]
+        square, place = np.unique(known[building, 1:3], axis=0, return_inverse=True)
+        for k, (x, y) in enumerate(square.tolist()):
+            data = zlib.compress(pickle.dumps(piece.take(place.ravel() == k)), 1)
+            self.base.execute("INSERT INTO piece VALUES (?, ?, ?)", (x, y, data))
+
+    def squares(self):
+        """Lowest square of all, and how far each is from it: (x, y), list of (x, y)."""
+        self.base.execute("CREATE INDEX squares ON piece (x, y)")
+        low = self.base.execute("SELECT min(x), min(y) FROM piece").fetchone()
+        away = "SELECT DISTINCT x - ?, y - ? FROM piece ORDER BY x, y"
+        return low, self.base.execute(away, low).fetchall()
+
+    def pieces(self, square):
+        """Pieces of a square: list of Piece."""
+        found = self.base.execute("SELECT data FROM piece WHERE x = ? AND y = ? ORDER BY rowid", square)
+        return [pickle.loads(zlib.decompress(data)) for (data,) in found]
+
+    def describe_buildings(self, rows):
+        """Keep what the index says of buildings: (number, id or None, box, parts, part of flat roofs) each."""
+        self.base.executemany(
+            "UPDATE building SET row = ?, energy = ?, sorted = ? WHERE number = ?",
+            [
+                # Texts are compared by a browser as their UTF-16 is.
+                (json.dumps(row, separators=(",", ":")), sum(part[3] for part in row[3]), key, row[1] + 1)
+                for row in rows
+                for key in [None if row[0] is None else row[0].lower().encode("utf-16-be", "replace")]
+            ],
+        )
+
+    def building_rows(self, order, most=-1):
+        """Rows of the index as JSON, in the order of a column: yields str."""
+        found = self.base.execute(f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,))
+        return (row for (row,) in found)
+
+    def add_node(self, level, x, y, node):
+        """Keep a tile."""
+        data = zlib.compress(pickle.dumps(node), 1)
+        self.base.execute("INSERT INTO node VALUES (?, ?, ?, ?)", (level, x, y, data))
+
+    def nodes(self, level):
+        """Tiles of a level with those beside them that one above will have: yields (x, y), list of ((x, y), Node)."""
+        above = "SELECT DISTINCT x >> 1, y >> 1 FROM node WHERE level = ? ORDER BY 1, 2"
+        self.base.execute("CREATE INDEX IF NOT EXISTS places ON node (level, x, y)")
+        for x, y in self.base.execute(above, (level,)).fetchall():
+            inside = "SELECT x, y, data FROM node WHERE level = ? AND x IN (?, ?) AND y IN (?, ?) ORDER BY x, y"
+            found = self.base.execute(inside, (level, 2 * x, 2 * x + 1, 2 * y, 2 * y + 1)).fetchall()
+            yield (x, y), [((a, b), pickle.loads(zlib.decompress(data))) for a, b, data in found]
+
+
+class Sample:
+    """Values of some surfaces of many, spread evenly; of few, all."""
+
+    def __init__(self):
+        self.step, self.seen, self.rows = 1, 0, []
+
+    def add(self, values):
+        """Take some rows of (n, k) values."""
+        self.rows.append(values[-self.seen % self.step :: self.step])
+        self.seen += len(values)
+        while sum(map(len, self.rows)) > MOST_SAMPLED:
+            self.rows, self.step = [np.concatenate(self.rows)[::2]], 2 * self.step
+
+    def values(self):
+        """What was taken, (m, k)."""
+        return np.concatenate(self.rows)

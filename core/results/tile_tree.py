@@ -1,0 +1,265 @@
+"""The tiles of a solar map and their tree: squares of surfaces, the roofs of each, and mosaics of roofs from afar.
+
+A square has a tile of its roofs, refined by one or more tiles of all its surfaces. Four squares have a mosaic above
+them, four mosaics another, up to one for the whole. A pixel of a mosaic has the means of the roofs in it, and is drawn
+as large as these. Every few levels a tile heads a file of its own, so that a page reads what it sees.
+"""
+
+import gzip
+import json
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .pack_city import BELOW, FOOT, NEAREST
+from .write_tile import Shapes, compose_tile
+
+SIDE = 256.0  # [m] of a square
+MOST_BYTES = 500_000  # of a tile after gzip
+MOST_ROOFS = 4000  # in the tile of a square's roofs, the largest
+PIXELS = 64  # along each side of a mosaic
+WALLS = 10.0  # [m] by which roofs without walls are off
+APART = 3  # levels between files of the tree
+ROOFS = ("roof", "flat", "steep", "rack")
+NODES = 9  # of the ground's heights along each side of a tile
+FEW_DIGITS = np.uint32(0xFFFFF000)  # of numbers from afar, so that gzip finds more
+AFAR = ("reason", "kwp", "hours", "error", "sky")  # columns from afar, beside the months
+
+
+@dataclass
+class Node:
+    """A tile with what the tile above it needs."""
+
+    tile: dict  # as in the file of the tree
+    box: np.ndarray  # (6,) [m] lowest and highest x, y, z
+    pixel: np.ndarray  # (p,) int, those of the mosaic with roofs; rows from south to north
+    sums: np.ndarray  # (p, k): roof area, that times roof height and ground height; area that counts, that times values
+
+
+def write_square(folder, place, piece, columns, look):
+    """Write the tiles of one square.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of all tiles.
+    place : (int, int)
+        Of the square, east and north.
+    piece : Piece
+        All surfaces of its buildings.
+    columns : dict
+        Values of each surface, as of `compose_tile`.
+    look : dict
+        Keywords of `compose_tile`.
+
+    Returns
+    -------
+    Node
+    """
+    low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
+    owner = np.repeat(np.arange(len(piece.faces)), piece.corner_count)
+    shapes = Shapes(piece.corners, owner, piece.spots())
+    feet = find_feet(piece.corners, columns["building"][owner])
+    ground = lay_ground(low, SIDE, feet)
+    middle = np.array([*(low + SIDE / 2), feet[:, 2].min()])
+    box = bound(piece.corners, ground.corners)
+
+    def compose(rows, names, with_ground):
+        own, kept = take_features(shapes, rows)
+        values = {key: take(columns[key], kept) for key in names}
+        return compose_tile(own, values, ground if with_ground else None, middle, **look)
+
+    waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
+    while waiting:
+        rows = waiting.pop()
+        data = compose(rows, columns, not tiles)
+        if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
+            waiting += reversed(np.split(rows, [cut_between(columns["building"][rows])]))
+            continue
+        uri = f"{name}_{len(tiles)}.glb"
+        (folder / uri).write_bytes(data)
+        tiles.append({"boundingVolume": box_of(box), "geometricError": 0, "content": {"uri": uri}})
+    tile = {"boundingVolume": box_of(box), "geometricError": WALLS, "refine": "REPLACE", "children": tiles}
+    roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & (piece.triangle_count > 0))
+    if len(roofs):
+        largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:MOST_ROOFS]])
+        names = [*AFAR, "tilt", "azimuth", *(key for key in columns if key.startswith("month_"))]
+        (folder / f"{name}_roofs.glb").write_bytes(compose(largest, names, True))
+        tile["content"] = {"uri": f"{name}_roofs.glb"}
+    return Node(tile, box, *sum_pixels(low, take_features(shapes, roofs)[0], roofs, columns, feet))
+
+
+def cut_between(building):
+    """Place nearest to the middle at which another building begins, or the middle of a single one."""
+    edges = np.flatnonzero(np.diff(building)) + 1
+    half = len(building) // 2
+    return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
+
+
+def take_features(shapes, rows):
+    """The shapes of some features, numbered anew in the order of `rows`, and those features: those with triangles."""
+    number = np.full(shapes.feature.max() + 1, -1)
+    has = np.isin(rows, shapes.feature[shapes.triangles[:, 0]])
+    kept = rows[has]
+    number[kept] = np.arange(len(kept))
+    feature = number[shapes.feature]
+    corner = np.full(len(feature), -1)
+    corner[feature >= 0] = np.arange(np.count_nonzero(feature >= 0))
+    triangles = shapes.triangles[feature[shapes.triangles[:, 0]] >= 0]
+    return Shapes(shapes.corners[feature >= 0], feature[feature >= 0], corner[triangles]), kept
+
+
+def take(values, rows):
+    """Some rows of a column."""
+    return [values[row] for row in rows] if isinstance(values, list) else values[rows]
+
+
+def find_feet(corners, building):
+    """Corners within a metre of the lowest of their building, (k, 3) [m]."""
+    _, building = np.unique(building, return_inverse=True)
+    lowest = np.full(building.max() + 1, np.inf)
+    np.minimum.at(lowest, building, corners[:, 2])
+    return corners[corners[:, 2] < lowest[building] + FOOT]
+
+
+def lay_ground(low, side, feet):
+    """A square of ground through feet: Shapes of one feature."""
+    steps = np.linspace(0, side, NODES)
+    nodes = np.stack(np.meshgrid(low[0] + steps, low[1] + steps), axis=-1).reshape(-1, 2)
+    k = np.arange(NODES**2).reshape(NODES, NODES)
+    a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    height = heights_at(nodes, feet) - BELOW
+    return Shapes(np.column_stack([nodes, height]), np.zeros(NODES**2, int), triangles)
+
+
+def heights_at(places, feet):
+    """Height [m] of the ground at places, (n, 2), from the nearest feet."""
+    distance, near = cKDTree(feet[:, :2]).query(places, k=np.arange(1, min(NEAREST, len(feet)) + 1))
+    return np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)
+
+
+def sum_pixels(low, shapes, roofs, columns, feet):
+    """What the roofs add to each pixel of a square: `pixel` and `sums` of its Node."""
+    a, b, c = (shapes.corners[shapes.triangles[:, k]] for k in range(3))
+    area = 0.5 * np.abs(np.cross(b - a, c - a)[:, 2])  # in plan
+    # Points of the R2 sequence in each triangle, four for each pixel of it.
+    count = np.ceil(4 * area / (SIDE / PIXELS) ** 2).astype(int)
+    triangle = np.repeat(np.arange(len(area)), count)
+    number = np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count)
+    u, v = (0.5 + number * 0.7548776662466927) % 1, (0.5 + number * 0.5698402909980532) % 1
+    u, v = np.where(u + v > 1, 1 - u, u)[:, None], np.where(u + v > 1, 1 - v, v)[:, None]
+    place = a[triangle] + u * (b - a)[triangle] + v * (c - a)[triangle]
+    share = (area / np.maximum(count, 1))[triangle]
+    row = roofs[shapes.feature[shapes.triangles[:, 0]]][triangle] if len(roofs) else triangle
+    values = afar_values(columns)[row]
+    counted = np.where((columns["reason"][row] <= 1) & np.isfinite(values).all(axis=1), share, 0.0)
+    column, line = np.clip((place[:, :2] - low) / SIDE * PIXELS, 0, PIXELS - 1).astype(int).T
+    height = [share * place[:, 2], share * heights_at(place[:, :2], feet)]
+    weighted = np.where(counted[:, None] > 0, counted[:, None] * values, 0.0)
+    return add_up(line * PIXELS + column, np.column_stack([share, *height, counted, weighted]))
+
+
+def afar_values(columns):
+    """Values that mosaics have the means of, (n, k); energy in place of power, for it is that which adds up."""
+    months = [columns[key] for key in columns if key.startswith("month_")]
+    energy = columns["kwp"] * columns["hours"]
+    return np.column_stack([energy, columns["hours"], columns["error"], columns["sky"], *months]).astype(float)
+
+
+def add_up(pixel, sums):
+    """The different pixels, and the sums over their rows."""
+    found, place = np.unique(pixel, return_inverse=True)
+    total = np.zeros((len(found), sums.shape[1]))
+    np.add.at(total, place, sums)
+    return found, total
+
+
+def join_squares(folder, place, parts, look, top=False):
+    """Write the mosaic above up to four squares, or mosaics.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    place : (int, int, int)
+        Level, and place on that level, east and north.
+    parts : list of ((int, int), Node)
+        Their places on their level, and what they are.
+    look : dict
+        Keywords of `compose_tile`.
+    top : bool
+        Whether it is the whole, which has a file of its own.
+
+    Returns
+    -------
+    Node
+    """
+    level, *grid = place
+    side, name = SIDE * 2**level, "_".join(map(str, place))
+    box = np.array([node.box for _, node in parts])
+    box = np.concatenate([box[:, :3].min(axis=0), box[:, 3:].max(axis=0)])
+    pixel = np.concatenate([coarser(node.pixel, (x % 2, y % 2)) for (x, y), node in parts])
+    pixel, sums = add_up(pixel, np.concatenate([node.sums for _, node in parts]))
+    tile = {"boundingVolume": box_of(box), "geometricError": 2 * side / PIXELS, "refine": "REPLACE"}
+    tile["children"] = [node.tile for _, node in parts]
+    if len(pixel):
+        (folder / f"{name}.glb").write_bytes(compose_mosaic(np.array(grid) * side, side, pixel, sums, look))
+        tile["content"] = {"uri": f"{name}.glb"}
+    if top or level % APART == 0:
+        write_tileset(folder / f"{name}.json", tile)
+        tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {"content": {"uri": f"{name}.json"}}
+    return Node(tile, box, pixel, sums)
+
+
+def coarser(pixel, quadrant):
+    """Pixels of a mosaic in the one above it, of which it is a quadrant."""
+    line, column = np.divmod(pixel, PIXELS)
+    return (line // 2 + quadrant[1] * PIXELS // 2) * PIXELS + column // 2 + quadrant[0] * PIXELS // 2
+
+
+def compose_mosaic(low, side, pixel, sums, look):
+    """Bytes of the tile: a square for each pixel, of the area of its roofs."""
+    line, column = np.divmod(pixel, PIXELS)
+    step = side / PIXELS
+    middle = np.stack([low[0] + (column + 0.5) * step, low[1] + (line + 0.5) * step], axis=1)
+    half = 0.5 * step * np.sqrt(np.minimum(sums[:, 0] / step**2, 1))
+    heights = sums[:, 1:3] / sums[:, :1]
+    around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    flat = middle[:, None] + around * half[:, None, None]
+    corners = np.concatenate([flat, np.broadcast_to(heights[:, None, :1], (*flat.shape[:2], 1))], axis=2)
+    first = 4 * np.arange(len(pixel))[:, None]
+    triangles = np.concatenate([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        energy, *means = (sums[:, 4:] / sums[:, 3:4]).T
+        named = ["hours", "error", "sky", *(f"month_{number:02d}" for number in range(1, len(means) - 2))]
+        # Nothing of it counts: the last of the reasons.
+        reason = np.where(sums[:, 3] > 0, 0, len(look["enums"]["reason"]) - 1).astype(np.uint8)
+        columns = {"reason": reason, "kwp": energy / means[0], **dict(zip(named, means, strict=True))}
+    columns = {name: round_off(values) if name != "reason" else values for name, values in columns.items()}
+    shapes = Shapes(corners.reshape(-1, 3), np.repeat(np.arange(len(pixel)), 4), triangles)
+    ground = lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))
+    return compose_tile(shapes, columns, ground, np.array([*(low + side / 2), heights[:, 1].min()]), **look)
+
+
+def round_off(values):
+    """float32 of fewer digits."""
+    return (np.ascontiguousarray(values, np.float32).view(np.uint32) & FEW_DIGITS).view(np.float32)
+
+
+def bound(*points):
+    """Box around points: (6,) lowest and highest x, y, z [m]."""
+    points = np.concatenate(points)
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
+def box_of(box):
+    """Bounding volume of a tile."""
+    centre, half = (box[:3] + box[3:]) / 2, (box[3:] - box[:3]) / 2
+    return {"box": [*centre.tolist(), *np.diag(half).ravel().tolist()]}
+
+
+def write_tileset(path, tile, **more):
+    """Write a file of the tree."""
+    tileset = {"asset": {"version": "1.1"}, "geometricError": 2 * tile["geometricError"], "root": tile, **more}
+    path.write_text(json.dumps(tileset, separators=(",", ":")), "ascii", newline="\n")

@@ -1,0 +1,304 @@
+"""A city's solar map as a static site: 3D Tiles 1.1, an index of its buildings, and a page that shows them.
+
+Nothing but the files of the site is read by the page, and nothing but its own scripts runs in it. Pieces of the city
+are read, sorted into squares on disk and written one after the other.
+"""
+
+import json
+import shutil
+import tempfile
+from datetime import UTC, datetime
+from itertools import islice
+from pathlib import Path
+from string import Template
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from ..city.classify import ORIENTATIONS
+from ..energy.pv_system import KINDS
+from ..settings.errors import InputError
+from ..settings.version import __version__
+from .compare_runs import list_differences
+from .describe_run import (
+    LIMITS,
+    SPREAD,
+    describe_assumptions,
+    describe_weather_error,
+    describe_windows,
+    list_errors,
+    summarise_errors,
+)
+from .output_folder import whole_folder
+from .pack_city import describe_view, explain_faces, list_layers, measure_faces
+from .read_pieces import frame_of, join_pieces, read_pieces
+from .read_results import in_order, read_summary, select_mounted
+from .site_store import Sample, Store
+from .surfaces_file import CURE
+from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
+from .write_report import WEB, hash_source, list_warnings, paragraph, read_web, section, table
+
+SHARD = 1000  # buildings in a file of the index, and in that of the largest
+SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
+NO_LICENCE = "The licence of the city model is not stated. Whoever publishes this map has to see to it."
+TITLE = "Solar map"
+FROM_FILE = ", which are those of faces.csv for the area that counts"
+
+
+def write_site(folders, out, *, attribution="", private=False, overwrite=False):
+    """Write a solar map of one or more result folders.
+
+    Parameters
+    ----------
+    folders : list of path-like
+        Of `citypv simulate` or `citypv yield`, computed with the same weather and settings.
+    out : path-like
+        Folder of the site; written completely or not at all.
+    attribution : str
+        Licence and source of the city model.
+    private : bool
+        Leave out the ids of surfaces and buildings, and the search.
+    overwrite : bool
+        Replace a site in a folder that is not empty.
+
+    Returns
+    -------
+    dict
+        Number of buildings and surfaces, and of files and bytes of the site.
+
+    Raises
+    ------
+    InputError
+        A folder holds no results, or they do not belong together.
+    """
+    folders = [Path(folder) for folder in folders]
+    for folder in folders:
+        if not (folder / "summary.json").is_file():
+            raise InputError(folder / "summary.json", "there is no such file", CURE)
+        if Path(out).absolute() == folder.absolute():
+            raise InputError(out, "holds the results that the map is made of", "choose another --out")
+    summary = join_summaries(folders)
+    site = summary["input"]["site"]
+    frame = frame_of(site["latitude"], site["longitude"])
+    with whole_folder(out, overwrite) as work, tempfile.TemporaryDirectory(dir=work) as scratch:
+        store = Store(Path(scratch) / "city.sqlite")
+        try:
+            count, view = sort_surfaces(store, folders, frame, summary)
+            look = {
+                "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
+                "enums": {
+                    "kind": [kind["name"] for kind in view["kinds"]],
+                    "orientation": view["sides"],
+                    "reason": ["counts", *view["reasons"][1:]],
+                },
+                "copyright": attribution,
+            }
+            frame, box = write_tiles(work, store, frame, summary, look=look, private=private)
+            total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
+            header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total, "groups": {}}
+            write_index(work, store, header | view, private)
+        finally:
+            store.close()
+        write_page(work, compose_basis(summary, attribution))
+    files = [path for path in Path(out).rglob("*") if path.is_file()]
+    return {
+        "buildings": total,
+        "surfaces": count,
+        "files": len(files),
+        "bytes": sum(path.stat().st_size for path in files),
+    }
+
+
+def join_summaries(folders):
+    """The first summary, with sums, the largest errors and the latest date of all; refuse what does not agree: dict."""
+    first = None
+    for folder in folders:
+        summary, path = read_summary(folder / "summary.json"), folder / "summary.json"
+        summary["date"] = path.stat().st_mtime
+        if first is None:
+            first = summary
+            continue
+        apart = list_differences(first, summary)
+        if apart:
+            problem = f"differs from {folders[0].name} in {', '.join(apart)}"
+            raise InputError(folder, problem, "compute both with the same, by citypv yield if the light is there")
+        first["date"] = max(first["date"], summary["date"])
+        for name in ("eligible_area", "kwp", "mwh_per_year"):
+            first["totals"][name] += summary["totals"][name]
+        first["totals"]["kinds"] = {}  # not summed up
+        first["error_budget"] = worse(first["error_budget"], summary["error_budget"])
+    return first
+
+
+def worse(one, other):
+    """The larger of each of two errors, None where one is not known."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return {name: worse(one[name], other.get(name)) for name in one}
+    if not isinstance(one, (int, float)) or not isinstance(other, (int, float)):
+        return None
+    return max(one, other, key=abs)
+
+
+def sort_surfaces(store, folders, frame, summary):
+    """Keep all surfaces by their squares: their number, and what the page must know to show them."""
+    sample, kinds, sides, count = Sample(), set(), set(), 0
+    for number, folder in enumerate(folders):
+        for piece in read_pieces(folder, frame):
+            store.add_piece(piece, number, folder)
+            kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
+            count += len(piece.faces)
+            mounted, values = measure_piece(piece, summary)
+            names = list(values)
+            sample.add(np.column_stack([*values.values()])[mounted.index])
+    sampled = dict(zip(names, sample.values().T, strict=True))
+    layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
+    return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
+
+
+def measure_piece(piece, summary):
+    """Surfaces that modules may lie on, and the numbers of all: DataFrame, dict of (n,) arrays."""
+    mounted = select_mounted(piece.faces)
+    results = SimpleNamespace(faces=piece.faces, months=piece.months, summary=summary)
+    return mounted, measure_faces(results, mounted)
+
+
+def write_tiles(work, store, frame, summary, *, look, private):
+    """Write all tiles and their tree.
+
+    Returns
+    -------
+    (4, 4) float64
+        The frame with its origin at the south-western corner of all squares, as in the tiles.
+    (6,) float64 [m]
+        Box around the city in it.
+    """
+    tiles = work / "tiles"
+    tiles.mkdir()
+    (low, squares), boxes = store.squares(), []
+    origin = np.array([*low, 0]) * SIDE
+    frame[3, :3] += origin @ frame[:3, :3]
+    for x, y in squares:
+        piece = join_pieces(store.pieces((x + low[0], y + low[1])))
+        piece.corners -= origin
+        boxes.append(bound(piece.corners))
+        columns = tabulate_columns(piece, summary, look["enums"])
+        store.describe_buildings(list_buildings(piece, columns, private))
+        if not private:
+            columns |= {name: piece.faces[name].tolist() for name in ("surface_id", "building_id")}
+        store.add_node(0, x, y, write_square(tiles, (x, y), piece, columns, look))
+    top = max(1, int(np.max(squares)).bit_length())
+    for level in range(1, top + 1):
+        for place, parts in store.nodes(level - 1):
+            node = join_squares(tiles, (level, *place), parts, look, top=level == top)
+            store.add_node(level, *place, node)
+    write_tileset(tiles / "tileset.json", node.tile | {"transform": frame.ravel().tolist()})
+    boxes = np.array(boxes)
+    return frame, np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+
+
+def tabulate_columns(piece, summary, enums):
+    """Columns of the surfaces' tile: dict of arrays."""
+    mounted, values = measure_piece(piece, summary)
+    places = {
+        "kind": [enums["kind"].index(kind) for kind in piece.faces["kind"]],
+        "orientation": [enums["orientation"].index(side) for side in piece.faces["orientation"]],
+        "reason": explain_faces(piece.faces, mounted),
+    }
+    columns = {"building": piece.faces["building"].to_numpy(np.uint32)}
+    columns |= {name: np.asarray(numbers, np.uint8) for name, numbers in places.items()}
+    return columns | {name: numbers.astype(np.float32) for name, numbers in values.items()}
+
+
+def list_buildings(piece, columns, private):
+    """What the index says of the buildings of a square: yields (id or None, number, box, parts, part of flat roofs).
+
+    A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
+    """
+    first = np.cumsum(piece.corner_count) - piece.corner_count
+    numbers = {name: columns[name].astype(float) for name in ("counted", "kwp", "hours")}
+    for building in np.unique(columns["building"]):
+        rows = np.flatnonzero(columns["building"] == building)
+        corners = np.concatenate([piece.corners[first[row] : first[row] + piece.corner_count[row]] for row in rows])
+        if not len(corners):
+            continue
+        parts, flat = [], None
+        for reason in (0, 1):
+            counting = rows[columns["reason"][rows] == reason]
+            for kind in np.unique(columns["kind"][counting]):
+                own = counting[columns["kind"][counting] == kind]
+                area, kwp, hours = (numbers[name][own] for name in ("counted", "kwp", "hours"))
+                sums = [area.sum(), kwp.sum(), kwp @ hours / 1000, area @ hours / area.sum()]
+                part = [int(kind), *(float(f"{value:.6g}") for value in sums)]
+                parts, flat = ([*parts, part], flat) if reason == 0 else (parts, part[1:])
+        name = None if private else piece.faces["building_id"].iloc[rows[0]]
+        yield [name, int(building), bound(corners).round(1).tolist(), parts, flat]
+
+
+def write_index(work, store, header, private):
+    """Write the index of buildings: the largest, all by id, and what the page must know of both."""
+    (work / "buildings").mkdir()
+    (work / "page").mkdir()
+    write_rows(work / "buildings" / "largest.json", store.building_rows("energy DESC", SHARD))
+    header["shards"] = [] if private else write_shards(work / "buildings", store)
+    (work / "page" / "map.json").write_text(json.dumps(header, separators=(",", ":")), "ascii", newline="\n")
+
+
+def write_shards(folder, store):
+    """Write files of buildings by id, and return in small letters what each begins with: list of str."""
+    begins = []
+    rows = store.building_rows("sorted")
+    while some := list(islice(rows, SHARD)):
+        begins.append(json.loads(some[0])[0].lower())
+        write_rows(folder / f"{len(begins) - 1}.json", some)
+    return begins
+
+
+def write_rows(path, rows):
+    """Write a file of rows that are JSON."""
+    path.write_text(f"[{','.join(rows)}]", "ascii", newline="\n")
+
+
+def write_page(work, basis):
+    """Write index.html and what it needs: its own scripts are all that it runs, and its own files all that it reads."""
+    for name in SCRIPTS:
+        shutil.copyfile(WEB / name, work / "page" / name)
+    shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
+    style = read_web("page.css") + read_web("viewer.css")
+    page = Template(read_web("page.html")).substitute(
+        policy=f"default-src 'none'; script-src 'self'; connect-src 'self'; style-src {hash_source(style)}; "
+        "base-uri 'none'; form-action 'none'",
+        title=TITLE,
+        style=style,
+        body="\n".join([read_web("viewer.html").replace(FROM_FILE, ""), basis]),
+        scripts="\n".join(f'<script src="page/{name}"></script>' for name in SCRIPTS),
+    )
+    (work / "index.html").write_text(page, "utf-8", newline="\n")
+
+
+def compose_basis(summary, attribution):
+    """What the numbers rest on, and how far they hold: sections of the page."""
+    totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
+    parts = ("Part", "Percent of the full load hours")
+    return "\n".join(
+        [
+            *(paragraph(text, "warning") for text in list_warnings(summary)),
+            section(
+                "What this map rests on",
+                paragraph(
+                    f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a "
+                    f"year. {describe_windows(summary)} Building law, statics and cost are not considered."
+                ),
+                paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
+                paragraph(f"Results of {date:%-d %B %Y}."),
+                table((), describe_assumptions(summary)),
+            ),
+            section(
+                "How sure the numbers are",
+                paragraph(f"{summarise_errors(summary['error_budget'])} {describe_weather_error(summary)}"),
+                table(parts, list_errors(summary["error_budget"]), numbers=(1,)),
+                paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
+            ),
+            paragraph(f"Made by CityPV {__version__}.", "small"),
+        ]
+    )

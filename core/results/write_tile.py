@@ -1,0 +1,191 @@
+"""One tile of a solar map: glTF 2.0 with EXT_mesh_features and EXT_structural_metadata, as 3D Tiles 1.1 has it.
+
+Surfaces are features, whose numbers stand in a property table. Colours are those of the full load hours, for viewers
+that know nothing else of the map.
+"""
+
+import json
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+from .colour_map import GROUND, MAPS, MISSING, linear_light, mix_stops, srgb_colour, srgb_light
+
+MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
+COLOUR_MAP = "viridis"
+LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
+FLOAT, UINT8, UINT32, ARRAY, ELEMENTS = 5126, 5121, 5125, 34962, 34963
+WORDS = {
+    "hours": "full load hours per year of the area that counts [h]",
+    "error": "standard error of the full load hours [h]",
+    "kwp": "nominal power of modules on the area that counts [kWp]",
+    "area": "area without holes [m2]",
+    "counted": "area that counts [m2]",
+    "tilt": "tilt from the horizontal [degree]",
+    "azimuth": "azimuth clockwise from true north [degree]",
+    "sky": "sky view factor",
+    "month": "full load hours of the month, UTC [h]",
+    "building": "number of the building in this map",
+    "reason": "why the surface does not count",
+}
+NUMBERS = {"FLOAT32": "<f4", "UINT8": "u1", "UINT32": "<u4"}
+
+
+@dataclass
+class Shapes:
+    """Triangles of n features."""
+
+    corners: np.ndarray  # (m, 3) float64 [m] in the map's frame
+    feature: np.ndarray  # (m,) int, of each corner
+    triangles: np.ndarray  # (t, 3) int into corners
+
+
+class Buffer:
+    """The binary chunk while it grows, with its views."""
+
+    def __init__(self):
+        self.data, self.views, self.accessors = bytearray(), [], []
+
+    def add(self, data, target=None):
+        """Number of a new view of some bytes, which begins at a multiple of 8."""
+        view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
+        self.views.append(view if target is None else view | {"target": target})
+        self.data += data + b"\0" * (-len(data) % 8)
+        return len(self.views) - 1
+
+    def access(self, array, kind, shape, target, **more):
+        """Number of a new accessor of an array."""
+        accessor = {"bufferView": self.add(array.tobytes(), target), "componentType": kind, "type": shape}
+        self.accessors.append(accessor | {"count": array.size // (1 if array.ndim == 1 else array.shape[1])} | more)
+        return len(self.accessors) - 1
+
+
+def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
+    """Bytes of a GLB.
+
+    Parameters
+    ----------
+    shapes : Shapes
+    columns : dict of str to array
+        A value for each feature: (n,) float32, uint8 or uint32, or list of str. Of `hours` are the colours; of `tilt`
+        and `azimuth` [°], where they are there, the shade.
+    ground : (Shapes of one feature) or None
+    middle : (3,) float [m]
+        Place of the tile in the map's frame.
+    level : (float, float)
+        Hours of the lowest and the highest colour.
+    enums : dict of str to list of str
+        Columns of whole numbers that are places in a list of names.
+    copyright : str
+    """
+    buffer, ids = Buffer(), shapes.feature.astype("<f4")
+    colours = colour_features(columns, level)[shapes.feature]
+    attributes = place_corners(buffer, shapes.corners, middle) | {
+        "COLOR_0": buffer.access(colours, UINT8, "VEC4", ARRAY, normalized=True),
+        "_FEATURE_ID_0": buffer.access(ids, FLOAT, "SCALAR", ARRAY),
+    }
+    count = len(columns["hours"])
+    features = {"featureIds": [{"featureCount": count, "attribute": 0, "propertyTable": 0}]}
+    surfaces = {"attributes": attributes, "indices": index(buffer, shapes), "material": 0}
+    primitives = [surfaces | {"extensions": {"EXT_mesh_features": features}}]
+    if ground is not None:
+        attributes = place_corners(buffer, ground.corners, middle)
+        primitives.append({"attributes": attributes, "indices": index(buffer, ground), "material": 1})
+    properties = {name: store_column(buffer, values) for name, values in columns.items()}
+    metadata = {
+        "schema": describe_columns(columns, {name: names for name, names in enums.items() if name in columns}),
+        "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
+    }
+    east, north, up = (float(value) for value in middle)
+    document = {
+        "asset": {"version": "2.0", "generator": "CityPV", **({"copyright": copyright} if copyright else {})},
+        "extensionsUsed": ["EXT_mesh_features", "EXT_structural_metadata", "KHR_materials_unlit"],
+        "extensions": {"EXT_structural_metadata": metadata},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "translation": [east, up, -north]}],
+        "meshes": [{"primitives": primitives}],
+        "materials": [plain_material((1, 1, 1)), plain_material(linear_light(srgb_colour(GROUND)))],
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+        "buffers": [{"byteLength": len(buffer.data)}],
+    }
+    text = json.dumps(document, separators=(",", ":")).encode("ascii")
+    text += b" " * (-len(text) % 8 + 4)  # so that the binary chunk's content begins at a multiple of 8
+    head = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(buffer.data))
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer.data), b"BIN\0")
+    return head + chunks + bytes(buffer.data)
+
+
+def place_corners(buffer, corners, middle):
+    """Attribute of the places: glTF has x east, y up, z south."""
+    places = ((corners - middle)[:, [0, 2, 1]] * [1, 1, -1]).astype("<f4")
+    bounds = {"min": places.min(axis=0).tolist(), "max": places.max(axis=0).tolist()}
+    return {"POSITION": buffer.access(places, FLOAT, "VEC3", ARRAY, **bounds)}
+
+
+def index(buffer, shapes):
+    """Accessor of the triangles."""
+    return buffer.access(shapes.triangles.ravel().astype("<u4"), UINT32, "SCALAR", ELEMENTS)
+
+
+def plain_material(colour):
+    """Unlit, seen from both sides."""
+    look = {"baseColorFactor": [*map(float, colour), 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+    return {"doubleSided": True, "pbrMetallicRoughness": look, "extensions": {"KHR_materials_unlit": {}}}
+
+
+def colour_features(columns, level):
+    """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or do not count."""
+    hours, (low, high) = np.asarray(columns["hours"], float), level
+    colours = np.tile(srgb_colour(MISSING), (len(hours), 1))
+    known = np.isfinite(hours) & (np.asarray(columns["reason"]) <= 1)
+    stops = np.array([srgb_colour(text) for text in MAPS[COLOUR_MAP].split()])
+    colours[known] = srgb_light(mix_stops(stops, np.clip((hours[known] - low) / (high - low), 0, 1)))
+    shade = np.ones(len(hours))
+    if "tilt" in columns:
+        tilt, azimuth = np.radians(columns["tilt"]), np.radians(np.nan_to_num(columns["azimuth"]))
+        normal = np.stack([np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)], axis=1)
+        shade = 0.87 + 0.13 * normal @ LIGHT
+    linear = linear_light(colours * shade[:, None])
+    return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
+
+
+def store_column(buffer, values):
+    """Property of the table: its views."""
+    if isinstance(values, list):
+        texts = [text.encode("utf-8", "replace") for text in values]
+        offsets = np.cumsum([0, *map(len, texts)]).astype("<u4")
+        # A view may not be empty.
+        view = buffer.add(b"".join(texts) or b"\0")
+        return {"values": view, "stringOffsets": buffer.add(offsets.tobytes()), "stringOffsetType": "UINT32"}
+    array = values.astype(NUMBERS[component_of(values)])
+    if array.dtype.kind == "f":
+        array = np.where(np.isfinite(array), array, array.dtype.type(MISSING_VALUE))
+    return {"values": buffer.add(array.tobytes())}
+
+
+def component_of(values):
+    """Name of the type of an array's numbers."""
+    return "FLOAT32" if values.dtype.kind == "f" else "UINT8" if values.dtype.itemsize == 1 else "UINT32"
+
+
+def describe_columns(columns, enums):
+    """Schema of the property table: dict."""
+    found = {}
+    for name, values in columns.items():
+        if isinstance(values, list):
+            found[name] = {"type": "STRING"}
+        elif name in enums:
+            found[name] = {"type": "ENUM", "enumType": name}
+        else:
+            found[name] = {"type": "SCALAR", "componentType": component_of(values)}
+            found[name] |= {"noData": MISSING_VALUE} if values.dtype.kind == "f" else {}
+        words = WORDS.get(name.partition("_")[0] if name.startswith("month_") else name)
+        found[name] |= {"description": words} if words else {}
+    named = {
+        name: {"valueType": "UINT8", "values": [{"name": text, "value": k} for k, text in enumerate(names)]}
+        for name, names in enums.items()
+    }
+    return {"id": "citypv", "classes": {"surface": {"properties": found}}, "enums": named}
