@@ -9,9 +9,11 @@ from ..operators.city.classify_city import ClassifyCity
 from ..operators.city.declare_settings import FindModule
 from ..operators.city.import_city import ChooseCity, ImportCity
 from ..operators.city.read_settings import find_preferences, use_cache_folder
-from ..operators.edits.edit_city import AddToCity, RemoveBuilding
+from ..operators.edits.edit_city import AddToCity, EditBuilding, RemoveBuilding
 from ..operators.edits.switch_city import Retrace, SwitchCity
 from ..operators.edits.take_meshes import TakeMeshes
+from ..operators.edits.update_city import UpdateCity
+from ..operators.edits.variants import CompareVariant, DeleteVariant, NewVariant
 from ..operators.edits.watch_edits import start_following, stop_following
 from ..operators.light.plan_trace import ExplainEffect, PlanEffects, PredictPrices, UsePreset
 from ..operators.light.trace_city import TraceCity
@@ -38,7 +40,9 @@ OTHERS = (
     *(DropWeather, CityHandler, WeatherHandler, BerlinExample, SwitchCity, Retrace, CancelStep),
     *(UsePreset, PlanEffects, ExplainEffect, PredictPrices, FindModule),
     *(SelectGroup, SelectBuildings, DeselectFaces, CopyGroup, ShowReport, ProbeFaces, ShowBuilding, ExportResults),
-    *(StartTimeline, StopTimeline, KeepBefore, CompareBefore, ForgetBefore, AddToCity, RemoveBuilding),
+    *(StartTimeline, StopTimeline, KeepBefore, CompareBefore, ForgetBefore, AddToCity, EditBuilding, RemoveBuilding),
+    UpdateCity,
+    *(NewVariant, CompareVariant, DeleteVariant),
 )
 CLASSES = (Settings, Seeing, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
 

@@ -4,6 +4,9 @@ import textwrap
 
 from ..operators.check_libraries import FAILURES
 from ..operators.city.declare_settings import AUTO
+from ..operators.in_place import AGAINST, IDENTITY
+from ..operators.members import VARIANT
+from ..operators.result.compare_results import find_variants
 from ..operators.result.keep_report import REPORT, describe_row, read_rows
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
@@ -27,10 +30,28 @@ WIDTH, ICON = 40, 4  # characters per line in the panel, and those that an icon 
 def draw_cities(layout, context):
     """Show the cities of the file, if there are several: the one to be seen, and buttons for the others."""
     cities, (shown, _) = list_cities(context.scene), find_city(context.scene)
-    for city in cities if len(cities) > 1 else ():
+    cities = [city for city in cities if VARIANT not in city]
+    for city in cities if cities not in ([], [shown]) else ():
         icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
         text = city.get("citypv_report", [city.name])[0]
         layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
+
+
+def draw_variants(layout, context):
+    """Show the variants of the city: buttons to show, rename, compare with and delete each."""
+    shown, _ = find_city(context.scene)
+    variants = [city for city in find_variants(context.scene, shown) if VARIANT in city]
+    column = layout.column(align=True)
+    for city in variants:
+        row, against = column.row(align=True), shown.get(AGAINST) == city.get(IDENTITY)
+        icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
+        row.operator("citypv.switch_city", text="", icon=icon).name = city.name
+        row.prop(city, f'["{VARIANT}"]', text="")
+        compare = row.row(align=True)
+        compare.enabled = city != shown
+        compare.operator("citypv.compare_variant", text="", icon="ARROW_LEFTRIGHT", depress=against).name = city.name
+        row.operator("citypv.delete_variant", text="", icon="X").name = city.name
+    column.operator("citypv.new_variant", icon="DUPLICATE")
 
 
 def draw_settings(column, settings, *names):

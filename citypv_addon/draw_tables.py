@@ -1,14 +1,18 @@
 """Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
 
-from math import isfinite
+from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
+from ..operators.result.compare_results import percent_of, read_comparison
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
-from ..operators.result.summarise import CHANGED
+from ..operators.result.summarise import COMPARISON
 from ..operators.session import find_city
 from .draw_steps import draw_numbers, draw_sentence
+
+PAGE = 12  # buildings on a page
+SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
 
 
 def draw_table(layout, context, key, head):
@@ -47,17 +51,74 @@ def draw_best(layout, context):
         draw_buildings(body, ("kWp", "MWh"), best)
 
 
-def draw_changed(layout, context):
-    """Show the buildings whose energy changes most, those that lose first."""
-    city, _ = find_city(context.scene)
-    rows = [line.split("|") for line in city.get(CHANGED, ())] if city is not None else []
-    if rows:
-        draw_buildings(layout.box(), ("before", "after", "change", "%"), rows)
+def draw_comparison(layout, context):
+    """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as chosen."""
+    city, seeing = find_city(context.scene)[0], context.scene.citypv_seeing
+    tables = read_comparison(city.get(COMPARISON, "") if city is not None else "")
+    if not tables["sums"]:
+        return
+    column = layout.box().column(align=True)
+    column.label(text="MWh per year: before → after, change")
+    for one in tables["sums"]:
+        draw_change(column, one, SUMS[one["state"]])
+        for side in ("roofs", "facades"):
+            if one[side]:
+                draw_numbers(column.row(align=True), (f"{side} {write_energy(one[side], '+')}",))
+    buildings = sort_buildings(tables["buildings"], seeing)
+    pages = max(1, -(-len(buildings) // PAGE))
+    page = min(seeing.page, pages)
+    row = layout.row(align=True)
+    row.prop(seeing, "sort_by", text="")
+    row.prop(seeing, "sort_down", text="", icon="SORT_DESC" if seeing.sort_down else "SORT_ASC")
+    if pages > 1:
+        row.prop(seeing, "page", text=f"of {pages} pages")
+    column = layout.box().column(align=True)
+    for one in buildings[(page - 1) * PAGE : page * PAGE]:
+        draw_change(column, one)
+
+
+def draw_change(column, row, title=""):
+    """Show a row of a comparison on two lines: a building with its button, or a sum with its title."""
+    before, after, change, percent = write_row(row)
+    line = column.split(factor=0.45)
+    if title or row["state"] == "gone":
+        line.label(text=title or show_end(row["name"], 16))
+    else:
+        line.operator("citypv.show_building", text=show_end(row["name"], 16)).building = row["name"]
+    draw_numbers(line.row(align=True), (change,))
+    line = column.split(factor=0.6)
+    line.active = not change.startswith("(")
+    line.label(text=f"   {before} → {after}")
+    draw_numbers(line.row(align=True), (percent,))
+
+
+def sort_buildings(rows, seeing):
+    """Rows of buildings in the order that the panel asks for; without a value last."""
+    last = -inf if seeing.sort_down else inf
+
+    def key(row):
+        value = percent_of(row)
+        return row[seeing.sort_by] if seeing.sort_by != "percent" else last if isnan(value) else value
+
+    return sorted(rows, key=key, reverse=seeing.sort_down)
+
+
+def write_row(row):
+    """Energy before and after, change with its standard error, and percent; in brackets what is below two errors."""
+    change = f"{write_energy(row['change'], '+')} ±{write_energy(row['error'])}"
+    noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
+    percent = row["state"] if isnan(percent_of(row)) else f"{percent_of(row):+.1f} %".replace("-", "−")
+    return write_energy(row["before"]), write_energy(row["after"]), f"({change})" if noise else change, percent
+
+
+def write_energy(value, sign=""):
+    """Energy [MWh] with a decimal below 100."""
+    return f"{value:{sign},.{0 if abs(value) >= 100 else 1}f}".replace("-", "−")
 
 
 def draw_buildings(layout, head, rows):
     """Show buildings with numbers; their buttons select them and move the view to them."""
-    column, share, most = layout.column(align=True), *((0.45, 18) if len(head) < 3 else (0.28, 11))
+    column, share, most = layout.column(align=True), 0.45, 18
     for name, *numbers in [("", *head), *rows]:
         line = column.split(factor=share)
         if name:

@@ -7,7 +7,7 @@ GROUPS = (  # operators of the menu, between separators
     ("classify", "use_preset", "plan_effects", "predict", "trace", "find_module", "energy"),
     ("colour", "render", "probe", "show_building", "select_group", "select_buildings", "deselect"),
     ("timeline", "stop_timeline", "keep_before", "compare", "forget_before"),
-    ("add_to_city", "remove_building"),
+    ("add_to_city", "edit_building", "remove_building", "update", "new_variant"),
     ("export", "show_report"),
 )
 

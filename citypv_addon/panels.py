@@ -5,12 +5,12 @@ import bpy
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import STEPS, state_of_step
-from ..operators.in_place import describe_edit
 from ..operators.light.keep_transfer import describe_missing
+from ..operators.members import describe_edit
 from ..operators.picture.build_legend import MOMENT
 from ..operators.picture.show_result import find_before, has_result
 from ..operators.picture.timeline import FRAMES
-from ..operators.result.summarise import CHANGES, FOUND
+from ..operators.result.summarise import FOUND
 from ..operators.run_step import Step
 from ..operators.session import find_city
 from .draw_steps import (
@@ -24,8 +24,9 @@ from .draw_steps import (
     draw_sentence,
     draw_settings,
     draw_step,
+    draw_variants,
 )
-from .draw_tables import draw_best, draw_changed, draw_effects, draw_presets, draw_probed, draw_table
+from .draw_tables import draw_best, draw_comparison, draw_effects, draw_presets, draw_probed, draw_table
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
@@ -198,7 +199,7 @@ class ProbePanel(_Result, bpy.types.Panel):
 class ResultsPanel(_Result, bpy.types.Panel):
     """Best buildings and exports."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 0
+    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 1
 
     def draw(self, context):
         """Show the best buildings, and what can be written."""
@@ -248,23 +249,28 @@ class TimelinePanel(_Result, bpy.types.Panel):
 
 
 class ComparePanel(_Result, bpy.types.Panel):
-    """Before and after."""
+    """What if: edits, variants, and what they change."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 1
+    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "What if", 0
 
     def draw(self, context):
         """Show the buttons, and the totals of both results."""
         column, _ = self.start(context)
         row = column.row(align=True)
-        row.operator("citypv.add_to_city", icon="ADD")
+        row.operator("citypv.update", icon="FILE_REFRESH")
+        row.prop(context.scene.citypv_seeing, "live", toggle=True)
+        draw_running(self.layout, "Update")
+        column.operator("citypv.add_to_city", icon="ADD")
+        row = column.row(align=True)
+        row.operator("citypv.edit_building", icon="EDITMODE_HLT")
         row.operator("citypv.remove_building", icon="REMOVE")
-        column.operator("citypv.keep_before", icon="DUPLICATE")
-        if find_before(context.scene) is None:
+        draw_variants(column, context)
+        column.operator("citypv.keep_before", icon="COPYDOWN")
+        if find_before(context.scene, find_city(context.scene)[0]) is None:
             return
         column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
         column.prop(context.scene.citypv_seeing, "side_by_side")
-        draw_table(self.layout, context, CHANGES, ("MWh per year", "before", "after", "change", ""))
-        draw_changed(self.layout, context)
+        draw_comparison(self.layout, context)
         draw_lines(self.layout, context, FOUND)
         self.layout.operator("citypv.forget_before", icon="X")
 

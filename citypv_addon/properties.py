@@ -54,6 +54,13 @@ MAPS = [
     ("cividis", "Cividis", "Blue to yellow, safe for colour-blind viewers"),
     ("inferno", "Inferno", "Black to yellow"),
 ]
+ORDERS = [
+    ("change", "Change", "Change of energy"),
+    ("percent", "Percent", "Change in percent"),
+    ("before", "Before", "Energy before"),
+    ("after", "After", "Energy after"),
+    ("name", "Id", "Id of the building"),
+]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
 
@@ -180,6 +187,14 @@ class Seeing(bpy.types.PropertyGroup):
     time_budget: FloatProperty(
         name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
     )
+    live: BoolProperty(
+        name="Live",
+        description="Compute an edit as soon as it is finished; a newer edit cancels the computation of an older one",
+        default=True,
+    )
+    sort_by: EnumProperty(name="Sort by", description="Order of the buildings", items=ORDERS, default="change")
+    sort_down: BoolProperty(name="Largest first", description="Show the largest first, not the smallest")
+    page: IntProperty(name="Page", description="Page of the table of buildings", default=1, min=1)
     frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
     world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)
     side_by_side: BoolProperty(

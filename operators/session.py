@@ -4,6 +4,7 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
 from bpy.app.handlers import persistent
 
 from ..core.settings.errors import InputError
@@ -12,6 +13,7 @@ from .in_place import is_seen
 
 KEY = PREFIX + "session"
 KEPT = PREFIX + "transfer_file"  # with the traced light, relative to the .blend
+MOST = 12  # sessions of cities that are gone, for undo
 _sessions = {}  # key -> (session, session_uid of the object)
 
 
@@ -20,13 +22,17 @@ class Session:
     """Results of the steps; None for steps that were not run."""
 
     city: Any = None  # core.city.city.City
+    imported: Any = None  # City of the files, with what was edited in its own mesh; None for a city of meshes
     scene: Any = None  # core.city.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
     round: Any = None  # (Transfer, Energy) of the last round of a trace that goes on, until it is shown
-    base: Any = None  # (core.light.editable_city.EditableCity, the Transfer made of it), for edits of the city
+    base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
+    told: Any = None  # of an edit: what was found, to be shown again without tracing
+    state: Any = None  # of an edit: design of the city and settings of the energy that it was found for
+    change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
@@ -35,6 +41,15 @@ def open_session(item, session):
     """Associate a session with an object, by a key that survives renaming and undo; copies of the object have none."""
     item[KEY] = uuid.uuid4().hex
     _sessions[item[KEY]] = session, item.session_uid
+    there = {one.session_uid for one in bpy.data.objects}
+    gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
+    for key in gone[:-MOST]:
+        del _sessions[key]
+
+
+def find_state(state):
+    """Session of an edit that was traced before, which undo or redo comes back to, or None."""
+    return next((one for one, _ in reversed(_sessions.values()) if one.told is not None and one.state == state), None)
 
 
 def find_session(item):

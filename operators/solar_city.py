@@ -63,9 +63,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         paths, request, look, found = task
         imported = ImportCity.work((paths, request), progress)
         found.put(("buildings", imported))
-        session = Session(city=imported[0])
+        session = Session(city=imported[0], imported=imported[0])
         check_place(session.city, request)
-        _, session.scene, findings = ClassifyCity.work((session, request), progress)
+        _, session, _, findings = ClassifyCity.work((session, None, request), progress)
         found.put(("kinds", (session, findings)))
         if look:
             found.put((STAGE, take_look(session, look, progress)))

@@ -3,12 +3,25 @@
 from functools import partial
 
 import bpy
+import numpy as np
 
 from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
 from ..attributes import write_classes
-from ..in_place import OF_CITY, TAKEN, check_unedited, is_in_place, put_in_place, remember_shape, write_sources
+from ..edits.read_seen import read_seen
+from ..in_place import ADDED, OF_CITY, TAKEN, WEARERS, is_in_place, put_in_place
 from ..job import COMPILING, compile_loops
+from ..members import (
+    LINEAGE,
+    OF_DESIGN,
+    check_unedited,
+    describe_design,
+    has_edits,
+    remember_design,
+    remember_mesh,
+    remember_wearers,
+    write_sources,
+)
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
@@ -32,12 +45,13 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the city, once its place on Earth is known."""
         city, ground = find_city(context.scene)
-        check_unedited(city)
+        if city.get(ADDED):
+            check_unedited(city)
         session, request = find_session(city), read_settings(context.scene.citypv)
         check_place(session.city, request)
         leave_edit_mode(context)
         remember_materials(city, ground, session)
-        return session, request
+        return session, read_seen(context, city, session) if has_edits(city) else None, request
 
     @staticmethod
     def work(task, progress):
@@ -45,21 +59,22 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         from ...core.results.list_findings import list_findings
         from ...core.study import stand_city
 
-        session, request = task
-        city = session.city
+        session, seen, request = task
+        imported, city = seen.make() if seen else (session.imported, session.city)
         scene = stand_city(city, request, partial(report_polygons, progress, CLASSIFYING, len(city)))
         compile_loops(progress)
-        return session, scene, list_findings(scene, progress=progress)
+        return session, Session(city, imported, scene), seen, list_findings(scene, progress=progress)
 
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""
-        before, scene, findings = result
-        show_kinds(context, before, Session(city=before.city, scene=scene), findings)
+        before, session, seen, findings = result
+        show_kinds(context, before, session, findings, seen)
+        scene = session.scene
         eligible = scene.surfaces.eligible.sum()
         return f"{count_of(len(scene.surfaces), 'surface')}, {eligible} of them eligible for photovoltaics"
 
 
-def show_kinds(context, before, session, findings):
+def show_kinds(context, before, session, findings, seen=None):
     """Show a scene in place of the city that it was made of, coloured by kind.
 
     Parameters
@@ -70,29 +85,45 @@ def show_kinds(context, before, session, findings):
     session : Session
         With the scene; the new city gets it.
     findings : list of core.list_findings.Finding
+    seen : Seen, optional
+        What the city was read from, if from what is seen.
     """
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
     remember_step(item, "classify", context.scene.citypv, old)
+    same = seen is not None and describe_design(old, seen.lineage) == seen.design  # not edited meanwhile
     uncolour_user_meshes(old)
-    for key in OF_CITY:
+    for new in filter(None, (item, ground)):
+        new.location = np.array(old.location) + (0.0 if seen is None else shift_of(scene.site, seen.site))
+    for key in (*OF_CITY, *OF_DESIGN):
         if key in old:
-            item[key] = old[key].to_dict() if key == TAKEN else old[key]
+            item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
+    names = old.name, old_ground.name if old_ground else "Ground"
     remove_objects(old, old_ground)
-    for new, name in ((item, "City"), (ground, "Ground")):
+    for new, name in zip((item, ground), names, strict=True):
         if new is not None:
             new.name = new.data.name = name
     write_classes(item, ground, scene.surfaces)
     show_objects(context.scene, item, ground)
+    if seen is not None:
+        item[LINEAGE] = seen.lineage
+        remember_wearers(item, seen.taken)
+        remember_design(item, describe_design(item) if same else seen.design)
     if is_in_place(item):
         put_in_place(item, scene.site)
-        write_sources(item, scene.surfaces.surface_id)
-    else:
-        remember_shape(item)
+    write_sources(item, scene.surfaces.surface_id)
+    remember_mesh(item)
     session.ground_material = before.ground_material
     open_session(item, session)
     keep_report(item, scene, findings)
     show_result(context, item, ground, "kind")
+
+
+def shift_of(site, earlier):
+    """Place of the origin of a site, from that of an earlier one: (3,) float64 [m], to true east, north, up."""
+    from ...core.city.locate_site import turn_to_true_north
+
+    return turn_to_true_north(np.array([site.origin]) - np.array([earlier.origin]), earlier.convergence)[0]
 
 
 def check_place(city, request):

@@ -10,7 +10,8 @@ import bpy
 from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
-from ..in_place import list_taken, remember_beside, remember_shape
+from ..in_place import IDENTITY, is_in_place, list_taken, remember_beside
+from ..members import begin_design
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_city import show_city
 from ..result.keep_report import FILES, keep_report
@@ -133,19 +134,22 @@ def show_import(context, city, scene, findings, taken=()):
         stays where it is.
     """
     files = [str(path) for path in scene.report.files]
+    earlier = None
     for item in list_cities(context.scene):
-        same = {own for _, own, _ in list_taken(item)} == set(taken) and (taken or list(item.get(FILES, ())) == files)
+        own = {part for _, part, _ in list_taken(item)} if is_in_place(item) else set()
+        same = own == set(taken) and (taken or list(item.get(FILES, ())) == files)
         if same:
             uncolour_user_meshes(item)
+            earlier = item.get(IDENTITY)
             remove_objects(item, item.get(PREFIX + "ground"))
     kept = list_cities(context.scene)
     for item in kept:
         show_objects_of(item, visible=False)
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
-    open_session(item, Session(city=city))
+    open_session(item, Session(city=city, imported=None if taken else city))
     remember_step(item, "import", context.scene.citypv)
-    remember_shape(item)
+    begin_design(item, earlier)
     remember_beside(item)
     if not taken:
         show_city(context, scene.vertices, shaded=True)

@@ -11,8 +11,9 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
-from ..in_place import describe_edit, is_in_place
+from ..in_place import is_in_place
 from ..job import threads_beside_window
+from ..members import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 
 ADDON = __package__.rpartition(".operators")[0]  # its name in Blender

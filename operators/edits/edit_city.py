@@ -1,140 +1,63 @@
-"""Edit an imported city: add selected objects, remove a building; only what the edit touches is traced anew."""
-
-from dataclasses import replace
+"""Edit a city: selected objects join it, a building becomes an object of its own, or goes; *Update* computes it."""
 
 import bpy
 import numpy as np
+from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
+from ..attributes import PREFIX, write_face_attribute
 from ..city.build_meshes import BUILDINGS
-from ..city.classify_city import show_kinds
-from ..city.read_settings import read_settings
-from ..in_place import is_in_place
-from ..light.trace_city import keep_light
-from ..picture.show_result import find_before
-from ..result.compare_results import KeepBefore
-from ..result.compute_energy import WeighEnergy
-from ..run_step import OfCity, Step, leave_edit_mode
-from ..session import Session, find_city, find_own_city, find_session
-from .take_meshes import read_meshes
-
-AGAIN = "trace the light first: edits start from what its rays met (an opened file, rounds and forward keep none)"
-
-
-class EditStep(OfCity, Step):
-    """Base of edits: they trace what changes, compute the energy, and show who gains and who loses."""
-
-    stages = {"sky and reflections": 2, "suns": 3, "electricity": 2}
-
-    def take_base(self, context):
-        """Session with the traced city that is edited, and the settings of the energy.
-
-        Raises
-        ------
-        InputError
-            There is none.
-        """
-        city, _ = find_city(context.scene)
-        session = find_session(city)
-        if is_in_place(city):
-            raise InputError(city.name, "it is made of your own objects", "edit them, then take the meshes again")
-        if session is None or session.base is None or session.base[1] is not session.transfer:
-            raise InputError(city.name, "its light cannot be edited", AGAIN)
-        leave_edit_mode(context)
-        return session, read_settings(context.scene.citypv)
-
-    @staticmethod
-    def work(task, progress):
-        """Edit the city and put it on its ground; trace what changes; weigh it with the weather."""
-        from ...core.city.edit_city import edit_city
-        from ...core.light.edit_light import edit_light
-        from ...core.patches.read_albedo import describe_albedo
-        from ...core.results.list_findings import list_findings
-        from ...core.study import stand_city
-
-        session, make_change, request = task
-        base, before = session.base
-        site = before.site
-        city = edit_city(session.city, make_change(site, session.city.crs), site.convergence)
-        scene = stand_city(city, base.request, like=base.leaf.prepared.scene)
-        edited = edit_light(base, scene, progress)
-        transfer = edited.transfer
-        new = Session(city=city, scene=scene, base=(edited, transfer), transfer=transfer)
-        weighed = WeighEnergy.work((new, None, request), progress)
-        findings = list_findings(scene, transfer.covered_share)
-        return session, (new, weighed[1], transfer, findings, (describe_albedo(scene, base.request), [])), weighed
-
-    def finish(self, context, result):
-        """Keep the result before the first edit, and show the edited city with what it gains or loses."""
-        session, traced, weighed = result
-        if find_before(context.scene) is None:
-            KeepBefore.act(self, context, *find_own_city(context.scene, session))
-        new, _, _, findings, _ = traced
-        show_kinds(context, session, new, findings)
-        keep_light(context, *traced)
-        self.tidy(context)
-        return WeighEnergy.finish(self, context, weighed)
-
-    def tidy(self, context):
-        """What is left to do once the edited city is shown."""
+from ..in_place import IDENTITY, OWNER, is_in_place, list_taken
+from ..members import (
+    BUILDING,
+    ORIGINAL,
+    POLYGON,
+    POLYGONS,
+    REMOVED,
+    describe_object,
+    list_members,
+    remember_wearers,
+    removed_of,
+    write_sources,
+)
+from ..picture.colour_user_meshes import colour_user_meshes
+from ..run_step import Action, OfCity, leave_edit_mode
+from ..session import find_city, find_session
+from .update_city import update_in_script
+from .watch_edits import note_edits
 
 
-class AddToCity(EditStep, bpy.types.Operator):
-    """Add the selected objects to the city where they stand, as buildings or trees, and see who gains and who loses"""
+class EditAction(OfCity, Action):
+    """Base of edits by a button: in a window the city is updated as after any edit, in a script at once."""
+
+    def execute(self, context):
+        """Edit, and update."""
+        done = super().execute(context)
+        if done == {"FINISHED"}:
+            context.view_layer.update()
+            note_edits(find_city(context.scene)[0])
+            update_in_script(context)
+        return done
+
+
+class AddToCity(EditAction, bpy.types.Operator):
+    """Add the selected objects to the city where they stand, as buildings or trees: from now on they are part of it"""
 
     bl_idname, bl_label = "citypv.add_to_city", "Add to the city"
-    needs, lacking = "transfer", "Trace the light of the city first"
 
-    def prepare(self, context):
-        """Read the objects, in metres from the city's origin."""
-        session, request = self.take_base(context)
-        city, _ = find_city(context.scene)
-        chosen = [item for item in context.selected_objects if item != city and "citypv_part" not in item]
-        self._taken = [item.name for item in chosen]
-        content, unit = read_meshes("Selected objects", chosen, context), context.scene.unit_settings.scale_length
-        shift = np.array(city.matrix_world.translation, float)
-        return session, add_objects(content, unit, shift, request), request
-
-    def tidy(self, context):
-        """Hide the objects: the city has their faces now."""
-        for name in self._taken:
-            if name in context.scene.objects:
-                context.scene.objects[name].hide_set(True)
+    def act(self, context, city, ground):
+        """Note on the objects which city they are part of."""
+        chosen = [item for item in context.selected_objects if PREFIX + "part" not in item]
+        if not chosen:
+            raise InputError("Selected objects", "there are none beside the city", "select what joins it")
+        for item in chosen:
+            item[OWNER] = city[IDENTITY]
+            item.pop(BUILDING, None)
+        return f"Part of {city.name}: {', '.join(item.name for item in chosen)}"
 
 
-def add_objects(content, unit, shift, request):
-    """A function (site, crs) → Change that adds what was read of objects.
-
-    Parameters
-    ----------
-    content : FileContent
-        In metres of Blender's world.
-    unit : float
-        Metres of Blender's unit; a city has one unit a metre.
-    shift : (3,) float
-        Place of the city in Blender's world.
-    request : Request
-    """
-    from ...core.city.edit_city import Change, move_tree, place_local
-    from ...core.city.join_contents import join_contents
-
-    def from_city(points):
-        return points / unit - shift
-
-    def make_change(site, crs):
-        added = join_contents([content], orient=request.orient)
-        trees = [move_tree(tree, from_city) for tree in added.trees]
-        added = replace(added, points=from_city(added.points), trees=trees)
-        return Change(added=(place_local(added, site, crs),))
-
-    return make_change
-
-
-class RemoveBuilding(EditStep, bpy.types.Operator):
-    """Remove a building from the city, and see who gains and who loses"""
-
-    bl_idname, bl_label = "citypv.remove_building", "Remove building"
-    needs, lacking = "transfer", "Trace the light of the city first"
+class NameBuilding:
+    """Mixin of operators that take a building; without an id they take that of the selected faces, or ask."""
 
     building: bpy.props.StringProperty(
         name="Building",
@@ -142,17 +65,119 @@ class RemoveBuilding(EditStep, bpy.types.Operator):
         search=lambda self, context, text: [
             name for name in (find_city(context.scene)[0] or {}).get(BUILDINGS, ()) if text.lower() in name.lower()
         ],
+        options={"SKIP_SAVE"},
     )
 
     def invoke(self, context, event):
-        """Ask for the id where none is given."""
-        return super().invoke(context, event) if self.building else context.window_manager.invoke_props_dialog(self)
+        """Ask for the id where none is given and no face is selected."""
+        self.building = self.building or find_selected(find_city(context.scene)[0])
+        return self.execute(context) if self.building else context.window_manager.invoke_props_dialog(self)
 
-    def prepare(self, context):
-        """Take the id."""
-        from ...core.city.edit_city import Change
 
-        session, request = self.take_base(context)
-        if not self.building:
-            raise InputError("Building", "none is named", "give the id of one")
-        return session, lambda site, crs: Change(removed=(self.building,)), request
+def find_selected(city):
+    """Id of the building whose faces are highlighted, "" if there is none or several."""
+    from ..attributes import read_face_attribute
+    from ..result.select_faces import HIGHLIGHT, read_selection
+
+    if city is None or not city.get(HIGHLIGHT):
+        return ""
+    numbers = np.unique(read_face_attribute(city.data, "building")[read_selection(city.data)])
+    return city[BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
+
+
+def check_building(city, session, name):
+    """Refuse a building that is none of the files.
+
+    Raises
+    ------
+    InputError
+    """
+    if not name:
+        raise InputError("Building", "none is named", "give the id of one")
+    if is_in_place(city) or session is None or session.imported is None:
+        raise InputError(city.name, "its buildings are not known from files", "edit its objects, or import it again")
+    if name not in session.imported.building_id:
+        raise InputError(name, "no building of the city has this id", "take it from the list of buildings")
+
+
+class RemoveBuilding(NameBuilding, EditAction, bpy.types.Operator):
+    """Leave a building out of the city"""
+
+    bl_idname, bl_label = "citypv.remove_building", "Remove building"
+    needs, lacking = "imported", "Import the city again first: its buildings are not kept in the file"
+
+    def act(self, context, city, ground):
+        """Note it on the city; an object of it is removed."""
+        for item in list_members(city):
+            if self.building and item.get(BUILDING, item.name) == self.building:
+                bpy.data.objects.remove(item)
+                if self.building not in find_session(city).imported.building_id:
+                    return f"Removed: {self.building}"
+        check_building(city, find_session(city), self.building)
+        if self.building in removed_of(city):
+            raise InputError(self.building, "it was removed already", "take another")
+        if not {*find_session(city).imported.building_id} - removed_of(city) - {self.building}:
+            raise InputError(city.name, "no building would be left", "keep one at least")
+        city[REMOVED] = "\n".join(sorted(removed_of(city) | {self.building}))
+        return f"Removed: {self.building}"
+
+
+class EditBuilding(NameBuilding, EditAction, bpy.types.Operator):
+    """Make a building an object of its own, in place, with its ids: move, scale or edit it as any object"""
+
+    bl_idname, bl_label = "citypv.edit_building", "Edit building"
+    needs, lacking = "scene", "Import and classify the city first"
+
+    def act(self, context, city, ground):
+        """Make the object, and let it show the colours of its faces."""
+        session = find_session(city)
+        check_building(city, session, self.building)
+        if self.building in removed_of(city):
+            raise InputError(self.building, "it is an object of its own already, or was removed", "edit that object")
+        leave_edit_mode(context)
+        item = make_object(city, session, self.building)
+        for group in city.users_collection:
+            group.objects.link(item)
+        context.view_layer.update()
+        item[ORIGINAL] = describe_object(city, item).hex()
+        city[REMOVED] = "\n".join(sorted(removed_of(city) | {self.building}))
+        taken = [(own, name) for _, own, name in list_taken(city)]
+        remember_wearers(city, [*taken, (item, self.building)])
+        write_sources(city, session.scene.surfaces.surface_id)
+        colour_user_meshes(city)
+        for other in context.selected_objects:
+            other.select_set(False)
+        item.select_set(True)
+        context.view_layer.objects.active = item
+        return f"{self.building} is the object {item.name}"
+
+
+def make_object(city, session, building):
+    """Object of a building of the files, in place: bpy.types.Object, not linked yet.
+
+    Its faces are the polygons, or triangles of those with holes; they know the ids. Its origin is on its foot.
+    """
+    from ...core.city.locate_site import bring_to_origin
+
+    imported = session.imported
+    rows = [row for row, name in enumerate(imported.building_id) if name == building]
+    corners, faces, number = [], [], []
+    for place, row in enumerate(rows):
+        rings = [bring_to_origin(ring, session.scene.site) for ring in imported.rings(row)]
+        first = sum(map(len, corners))
+        corners += rings
+        count = len(rings[0])
+        found = tessellate_polygon([ring.tolist() for ring in rings]) if len(rings) > 1 else [range(count)]
+        faces += [[first + corner for corner in face] for face in found]
+        number += [place] * len(found)
+    points = np.concatenate(corners)
+    foot = np.append((points.min(axis=0) + points.max(axis=0))[:2] / 2, points[:, 2].min()).round(2)
+    places, same = np.unique(points.round(6), axis=0, return_inverse=True)
+    mesh = bpy.data.meshes.new(building)
+    mesh.from_pydata((places - foot).tolist(), [], [same.ravel()[face].tolist() for face in map(list, faces)])
+    write_face_attribute(mesh, POLYGON, np.array(number, np.int32))
+    item = bpy.data.objects.new(building, mesh)
+    item.location = (foot + np.array(city.location)).tolist()
+    item[OWNER], item[BUILDING] = city[IDENTITY], building
+    item[POLYGONS] = "\n".join(imported.surface_id[row] for row in rows)
+    return item

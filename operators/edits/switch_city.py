@@ -10,6 +10,7 @@ from ..attributes import PREFIX
 from ..city.build_meshes import read_vertices
 from ..city.read_settings import asked_path
 from ..in_place import SEEN, is_in_place, list_taken
+from ..members import FAMILY, PUT_AWAY, VARIANT, list_members
 from ..picture.colour_faces import read_scale
 from ..picture.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..picture.show_city import match_view
@@ -38,14 +39,22 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
         taken = is_in_place(chosen)
         if not taken and asked_path(chosen):
             context.scene.citypv.city_path = asked_path(chosen)
-        match_view(context, None if taken else read_vertices(chosen))
+        same = chosen.get(FAMILY) and chosen.get(FAMILY) == (city.get(FAMILY) if city is not None else None)
+        match_view(context, None if taken or same else read_vertices(chosen))
 
 
 def show_objects_of(city, *, visible):
     """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either.
 
-    The objects of the user that a city was taken from stay; only its colours on them come and go.
+    The objects of the user that a city was taken from stay, but for those of variants; only its colours come and go.
     """
+    for item in list_members(city) if VARIANT in city else ():
+        if not visible and item.visible_get():
+            item[PUT_AWAY] = True
+            item.select_set(False)
+            item.hide_set(True)
+        elif visible and item.pop(PUT_AWAY, False):
+            item.hide_set(False)
     if is_in_place(city):
         city[SEEN] = visible
         wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours

@@ -11,17 +11,8 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import (
-    BUILDINGS,
-    METRES,
-    SEEN,
-    TAKEN,
-    is_single,
-    put_in_place,
-    remember_beside,
-    remember_shape,
-    write_sources,
-)
+from ..in_place import METRES, SEEN, TAKEN, is_single, put_in_place, remember_beside
+from ..members import begin_design, name_faces, remember_wearers, write_sources
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city
 
@@ -61,12 +52,12 @@ class TakeMeshes(Step, bpy.types.Operator):
         taken, (city, scene, findings) = result
         text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
         item, _ = find_city(context.scene)
-        item[TAKEN] = {str(place): own for place, (own, _) in enumerate(taken)}
-        item[BUILDINGS], item[SEEN] = [name for _, name in taken], True
+        item[TAKEN], item[SEEN] = {}, True
+        remember_wearers(item, taken)
         item[METRES] = context.scene.unit_settings.scale_length
         put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
-        remember_shape(item)
+        begin_design(item)  # again: it consists of other objects than of its own mesh
         remember_beside(item)
         return text
 
@@ -87,7 +78,7 @@ def find_items(context):
     return name, [item for item in items if not item.get(PREFIX + "part")]
 
 
-def read_meshes(name, items, context, taken=None):
+def read_meshes(name, items, context, taken=None, named=None):
     """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
 
     Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
@@ -102,6 +93,8 @@ def read_meshes(name, items, context, taken=None):
         For modifiers, instances and the scene's unit.
     taken : list, optional
         It gets what was read: (object, name of its building), the name "" where the faces are not those of its mesh.
+    named : dict, optional
+        Names of the objects' buildings, where they are not called as the objects.
 
     Returns
     -------
@@ -114,7 +107,7 @@ def read_meshes(name, items, context, taken=None):
     """
     metres, chosen, met, drawn = context.scene.unit_settings.scale_length, set(items), set(), set()
     content, names, own = FileContent(name), Counter(), {}
-    for instance in context.evaluated_depsgraph_get().object_instances:
+    for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
         if owner not in chosen or instance.object.type != "MESH":
@@ -126,16 +119,18 @@ def read_meshes(name, items, context, taken=None):
         if is_tree(item) or is_tree(owner):
             _add_tree(content, item.name, instance.object, np.array(instance.matrix_world), metres)
             continue
-        building = f"{owner.name}/{item.name}" if instance.is_instance else item.name
+        called = (named or {}).get(owner, owner.name)
+        building = f"{called}/{item.name}" if instance.is_instance else called
         names[building] += 1
         if names[building] > 1:
             building += f"~{names[building]}"
-        _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
         # Its faces are those of its mesh where that has no other user, and no modifier adds or removes faces.
         same = not instance.is_instance and is_single(item.data)
         same = same and len(item.data.polygons) == len(instance.object.data.polygons)
         same = same and np.array_equal(read_corners(item.data), read_corners(instance.object.data))
         own[owner] = building if same and owner not in own else ""
+        ids = name_faces(owner, building) if own[owner] else None
+        _add_building(content, building, instance.object, np.array(instance.matrix_world), metres, ids)
     for item in sorted(chosen - drawn, key=lambda item: item.name):
         if item.type == "MESH":
             content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
@@ -169,7 +164,7 @@ def _add_tree(content, name, item, matrix, metres):
     content.trees.append(tree)
 
 
-def _add_building(content, building, item, matrix, metres):
+def _add_building(content, building, item, matrix, metres, ids):  # noqa: PLR0917
     content.buildings.append(building)
     rings, materials = _read_rings(item.data, matrix, metres), name_face_materials(item, item.data)
     for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
@@ -178,7 +173,7 @@ def _add_building(content, building, item, matrix, metres):
         if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
             content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
             continue
-        name, number = f"{building}/{face}", len(content.buildings) - 1
+        name, number = ids[face] if ids else f"{building}/{face}", len(content.buildings) - 1
         content.polygons.append(Polygon(name, number, 0, "", "", "surface", rings, face, material=material))
 
 

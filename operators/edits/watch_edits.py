@@ -1,14 +1,36 @@
-"""Handlers of Blender: notice edited meshes, whose results are stale then; follow undo, saving and opening a file."""
+"""Handlers of Blender: notice edits of cities, whose results are of before then; follow undo, saving and opening.
+
+With *Live* an edit is computed as soon as it is finished: the mouse released, edit mode left.
+"""
 
 import bpy
 from bpy.app.handlers import persistent
 
-from ..in_place import ADDED, EDITED, SHAPE, describe_added, describe_shape, is_in_place, list_taken
+from ...core.settings.errors import InputError
+from ..city.read_settings import read_settings
+from ..in_place import ADDED, is_in_place, is_seen
 from ..light.keep_transfer import keep_transfers
+from ..members import (
+    DESIGN,
+    MESH,
+    REDESIGNED,
+    RESHAPED,
+    adopt_objects,
+    describe_added,
+    describe_design,
+    describe_mesh,
+    has_edits,
+    list_members,
+    next_lineage,
+)
 from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
-from ..run_step import redraw_panels
-from ..session import close_sessions, list_cities, part_sessions
+from ..run_step import Step, redraw_panels
+from ..session import close_sessions, find_city, find_state, list_cities, part_sessions
+from .update_city import UpdateCity, can_update
+
+TICK = 0.1  # [s]
+BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
 
 
 @persistent
@@ -16,12 +38,12 @@ def follow_undo(scene, *_):
     """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
     match_view(bpy.context)
     for city in list_cities(scene):
-        note_change(city, ADDED, describe_added(city))
+        note_edits(city)
 
 
 @persistent
 def follow_edits(scene, graph):
-    """Mark the cities whose meshes were edited, and unmark those whose edit was undone."""
+    """Mark the cities that were edited, and unmark those whose edit was undone."""
     if graph.id_type_updated("OBJECT"):
         # A copy of a whole scene has copies of its cities, too.
         cities = {city for one in bpy.data.scenes for city in list_cities(one)}
@@ -29,15 +51,20 @@ def follow_edits(scene, graph):
     updates = [update for update in graph.updates if update.is_updated_geometry or update.is_updated_transform]
     touched = {update.id.original for update in updates}
     for city in list_cities(scene):
-        note_change(city, ADDED, describe_added(city))
-        if not touched:
-            continue
-        own = [item for _, item, _ in list_taken(city)] if is_in_place(city) else [city]
-        if SHAPE not in city or not touched & {part for item in own for part in (item, item.data)}:
-            continue
-        if any(item.mode == "EDIT" for item in own):
-            continue
-        note_change(city, EDITED, describe_shape(city) != city[SHAPE])
+        note_edits(city, own=bool(touched & {city, city.data}))
+
+
+def note_edits(city, *, own=True):
+    """Note on a city that is seen whether its results are of it; `own`: its own mesh may have changed."""
+    if city is None or DESIGN not in city or not is_seen(city):
+        return
+    adopt_objects(city)
+    note_change(city, ADDED, describe_added(city))
+    if any(item.mode == "EDIT" for item in (city, *list_members(city))):
+        return
+    if own and not is_in_place(city):
+        note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
+    note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
 
 
 def note_change(city, key, value):
@@ -45,6 +72,54 @@ def note_change(city, key, value):
     if value != city.get(key, type(value)()):
         city[key] = value
         redraw_panels(bpy.context, views=True)
+
+
+def is_editing(window):
+    """Whether the user is in the middle of an edit."""
+    return any(own.bl_idname.startswith(BUSY) for own in window.modal_operators)
+
+
+def find_work():
+    """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple), or None."""
+    for window in bpy.context.window_manager.windows:
+        scene = window.scene
+        city, _ = find_city(scene)
+        if city is None or not is_seen(city) or not has_edits(city) or city.get(ADDED) or not can_update(city):
+            continue
+        if is_editing(window) or any(item.mode == "EDIT" for item in (city, *list_members(city))):
+            continue
+        try:
+            state = state_here(scene, city)
+        except InputError:  # a file of the settings is missing: the step that needs it tells
+            continue
+        if scene.citypv_seeing.live or find_state(state) is not None:
+            return window, state
+    return None
+
+
+def state_here(scene, city):
+    """What `Session.state` is of a city as it is seen."""
+    lineage = next_lineage(city) if city.get(RESHAPED) else None
+    return describe_design(city, lineage), repr(read_settings(scene.citypv))
+
+
+@persistent
+def watch():
+    """Update what was edited once the edit is finished; a newer edit cancels the computation of an older one."""
+    found = find_work()
+    if found is None or UpdateCity.tried == found[1]:
+        return TICK
+    window, _ = found
+    if Step.current is not None:
+        if Step.current.title == UpdateCity.bl_label:
+            Step.current.cancel()
+            Step.current.cancel()
+        return TICK
+    area = next((area for area in window.screen.areas if area.type == "VIEW_3D"), None)
+    if area is not None:
+        with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
+            bpy.ops.citypv.update("INVOKE_DEFAULT")
+    return TICK
 
 
 HANDLERS = (
@@ -61,10 +136,14 @@ def start_following():
     """Install the handlers."""
     for name, follow in HANDLERS:
         getattr(bpy.app.handlers, name).append(follow)
+    if not bpy.app.background:
+        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
 
 
 def stop_following():
     """Remove the handlers."""
+    if bpy.app.timers.is_registered(watch):
+        bpy.app.timers.unregister(watch)
     for name, follow in HANDLERS:
         handlers = getattr(bpy.app.handlers, name)
         if follow in handlers:

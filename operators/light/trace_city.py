@@ -10,8 +10,8 @@ from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import read_settings, remember_step
-from ..in_place import check_unedited
 from ..job import COMPILING, compile_loops
+from ..members import check_unedited
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
@@ -113,7 +113,7 @@ def keep_light(context, session, weather, transfer, findings, albedos):  # noqa:
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
     remember_step(city, "trace", context.scene.citypv)
-    session.weather, session.transfer, session.energy = weather, transfer, None
+    session.weather, session.transfer, session.energy, session.told = weather, transfer, None, None
     interrupted = transfer.record.interrupted
     city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     return city[INTERRUPTED]
@@ -149,7 +149,7 @@ def trace_rounds(session, weather, request, progress):
         transfer = base.transfer
         if transfer.record.interrupted:
             return weigh_kept_suns(transfer, weather.axis)
-        session.base = base, transfer
+        session.base = base
         return transfer
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..attributes import CHANGE, PREFIX, RESULTS, write_face_attribute
 from ..city.build_meshes import remove_objects
-from ..in_place import describe_edit
+from ..members import describe_edit
 from .colour_faces import MATERIAL, build_plain_material
 
 INK = "23282d"

@@ -2,20 +2,22 @@
 
 Where the faces of an object are those of its mesh, the mesh gets the results as face attributes, and the colour
 attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances) have
-no place for results of each face: while colours are shown, they are hidden, and the city's faces stand in for them.
+no place for results of each face: while colours are shown, they are drawn as lines, and can be moved as before; the
+city's faces stand in for them.
 """
 
 import bmesh
 import bpy
 import numpy as np
 
-from ..attributes import PREFIX, read_array, read_face_attribute, write_face_attribute
+from ..attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 from ..city.build_meshes import remove_objects
 from ..in_place import FACE, OBJECT, STAND_IN, is_in_place, is_single, list_taken
 from .colour_faces import COLOUR_ATTRIBUTE, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
-HIDDEN = PREFIX + "hidden"  # of an object that a stand-in stands for
+HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
+MASK = "CityPV mask"  # modifier and vertex group of a city of files: faces that objects show
 WORN = PREFIX + "worn"  # of a city: its colours are shown
 STAND_INS = PREFIX + "stand_ins"  # of a city: what the panel says of objects that have no faces of their own
 FEW = 3  # names shown
@@ -34,23 +36,23 @@ def colour_user_meshes(city):
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
-            if not item.hide_get():
-                item[HIDDEN] = True
-                item.hide_set(True)
+            if HIDDEN not in item:
+                item[HIDDEN], item.display_type = item.display_type, "WIRE"
     remove_stand_in(city)
-    if not own.all():
+    if not is_in_place(city):
+        mask_faces(city, own)
+    elif not own.all():
         add_stand_in(city, own)
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
-    reason = "hidden behind a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
+    reason = "lines around a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
     city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
 
 
 def uncolour_user_meshes(city):
     """Show the objects of the user as they were; the results stay on their faces."""
     for _, item, _ in list_taken(city):
-        if item.get(HIDDEN):
-            del item[HIDDEN]
-            item.hide_set(False)
+        if HIDDEN in item:
+            item.display_type = item.pop(HIDDEN)
         if item.type != "MESH":
             continue
         colours = item.data.color_attributes
@@ -117,6 +119,24 @@ def remove_stand_in(city):
     if item is not None:
         del city[STAND_IN]
         remove_objects(item)
+
+
+def mask_faces(city, own):
+    """Let objects show these faces of a city of files, (f,) bool, in its place; pictures show all of the city."""
+    mesh = city.data
+    inside = np.zeros(len(mesh.vertices), bool)
+    corners, total = read_corners(mesh), read_array(mesh.polygons, "loop_total", dtype=np.int32)
+    of_own = np.repeat(own, total)
+    inside[corners[of_own]] = True
+    inside[corners[~of_own]] = False
+    group = city.vertex_groups.get(MASK) or city.vertex_groups.new(name=MASK)
+    group.remove(list(range(len(inside))))
+    group.add(np.flatnonzero(inside).tolist(), 1.0, "REPLACE")
+    mask = city.modifiers.get(MASK)
+    if mask is None:
+        mask = city.modifiers.new(MASK, "MASK")
+        mask.vertex_group, mask.invert_vertex_group, mask.show_render = MASK, True, False
+    mask.show_viewport = bool(inside.any())
 
 
 def add_stand_in(city, own):

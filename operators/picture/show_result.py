@@ -9,10 +9,10 @@ import numpy as np
 from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.read_materials import remember_materials
-from ..in_place import is_in_place
+from ..in_place import AGAINST, IDENTITY, list_taken
 from ..result.select_faces import HIGHLIGHT
 from ..run_step import Action, OfCity, leave_edit_mode
-from ..session import find_city, find_session
+from ..session import find_city, find_session, list_cities
 from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
 from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from .show_city import give_back_shading, keep_shading, show_city
@@ -65,7 +65,7 @@ def show_result(context, city, ground, attribute):
 def show_colours(context, city):
     """Show the colours of a city, or the shape and the user's own materials where *Colours* is off."""
     wanted = context.scene.citypv.show_colours
-    if is_in_place(city):
+    if list_taken(city):
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
     if wanted:
         keep_shading(context)
@@ -119,8 +119,17 @@ class ColourCity(OfCity, Action, bpy.types.Operator):
         return f"Coloured by {scale.title[0].lower()}{scale.title[1:]}"
 
 
-def find_before(stage):
-    """The result kept as *before* in a Blender scene: bpy.types.Object or None."""
+def find_before(stage, city=None):
+    """What the result of a city is compared with: a variant of it, or the result kept as *before*.
+
+    Returns
+    -------
+    bpy.types.Object or None
+    """
+    against = city.get(AGAINST) if city is not None else None
+    for item in list_cities(stage) if against else ():
+        if item != city and item.get(IDENTITY) == against:
+            return item
     return next((item for item in stage.objects if item.get(PREFIX + "part") == BEFORE), None)
 
 

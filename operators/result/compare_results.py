@@ -1,5 +1,9 @@
 """Before and after: keep a result, and show what a later one has more or less."""
 
+import json
+from dataclasses import replace
+from functools import lru_cache
+
 import bpy
 import numpy as np
 
@@ -16,12 +20,13 @@ from ..attributes import (
     write_surface_values,
 )
 from ..city.build_meshes import BUILDINGS, remove_objects, show_objects
+from ..members import FAMILY
 from ..picture.show_result import BEFORE, find_before, has_result, show_before, show_result
 from ..run_step import Action, OfCity
-from .summarise import CHANGED, CHANGES, FOUND, KWP
+from ..session import find_city, find_session, list_cities, open_session
+from .summarise import COMPARISON, FOUND, KWP
 
 COPIED = ("totals", "energy_totals", "weather", "buildings", "kwp", "origin", "convergence")  # properties of the city
-MOST = 20  # buildings in the table
 HOURS = "full_load_hours"
 
 
@@ -37,18 +42,19 @@ def compare_with_before(stage, city, ground):
     city, ground : bpy.types.Object or None
         With results.
     """
-    before, match = find_before(stage), None
+    before, match = find_before(stage, city), None
     if before is not None and KWP in before and KWP in city:
         from ...core.results.compare_runs import compare_surfaces, match_shapes, sum_buildings, sum_states
 
         (olds, old_rows, old_shapes), (news, rows, shapes) = read_state(before, city), read_state(city, city)
         match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
     if match is None or not (match >= 0).any():
-        for key in (CHANGES, CHANGED, FOUND):
+        for key in (COMPARISON, FOUND):
             city.pop(key, None)
         remove_face_attributes(city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED))
         return False
-    table, count, matched = compare_surfaces(olds, news, match), len(city[KWP]), match >= 0
+    known = errors_of_surfaces(before, city, rows)
+    table, count, matched = compare_surfaces(olds, news, match, known), len(city[KWP]), match >= 0
     for name in COMPARED:
         earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
         change = np.full(count, np.nan)
@@ -59,11 +65,11 @@ def compare_with_before(stage, city, ground):
     write_surface_values(city, ground, CHANGE_ERROR, errors)
     buildings = sum_buildings(table)
     sums = sum_states(table, buildings)
-    city[CHANGES] = [write_change(name, one) for name, one in sums.items() if one["buildings"]]
-    largest = buildings["mwh_change"].abs().sort_values(ascending=False, kind="stable").index[:MOST]
-    most = buildings.loc[sorted(largest)]  # the one that loses most first
-    most = most[most["mwh_change"].abs() > 0]
-    city[CHANGED] = [write_change(row["building_id"], row) for row in most.to_dict("records")]
+    tables = {
+        "sums": [tell_change(name, one) for name, one in sums.items() if one["buildings"]],
+        "buildings": [tell_change(row["building_id"], row) for row in buildings.to_dict("records")],
+    }
+    city[COMPARISON] = json.dumps(tables)
     new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
     city[FOUND] = (
         f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
@@ -116,6 +122,21 @@ def read_state(item, city):
     return table, rows, shapes
 
 
+def errors_of_surfaces(before, city, rows):
+    """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it, else NaN; or None."""
+    session, earlier = find_session(city), find_session(before)
+    if session is None or earlier is None or session.change is None or session.change[0] is not earlier.base:
+        return None
+    names = session.transfer.surfaces.surface_id
+    return np.array([session.change[1].get(names[row], np.nan) for row in rows.tolist()])
+
+
+def find_variants(stage, city):
+    """All variants of a city in a Blender scene, itself among them: list of bpy.types.Object."""
+    family = city.get(FAMILY) if city is not None else None
+    return [item for item in list_cities(stage) if item == city or (family and item.get(FAMILY) == family)]
+
+
 def values_of_surfaces(item, name, count):
     """Values of an attribute by surface: (count,) float64, NaN for surfaces without faces."""
     found, faces = np.full(count, np.nan), read_face_attribute(item.data, "surface")
@@ -125,16 +146,24 @@ def values_of_surfaces(item, name, count):
     return found
 
 
-def write_change(name, sums):
-    """Row of a table: name, energy [MWh] before, after, change, and change in percent or the state that has none."""
-    before, after, change = (sums[f"mwh_{word}"] for word in ("before", "after", "change"))
-    percent = f"{100 * change / before:+.1f} %" if before > 0 and after > 0 else "–"
-    return "|".join([name.replace("|", "/"), *map(write_energy, (before, after, change)), percent.replace("-", "−")])
+def tell_change(name, sums):
+    """Row of a table: name, state, energy [MWh] before, after, its change with standard error, of roofs, of facades."""
+    parts = {"before": "before", "after": "after", "change": "change", "error": "change_standard_error"}
+    parts |= {"roofs": "change_roofs", "facades": "change_facades"}
+    row = {key: round(sums[f"mwh_{word}"], 4) for key, word in parts.items()}
+    return {"name": name, "state": sums.get("state", name), **row}
 
 
-def write_energy(value):
-    """Energy [MWh] with a decimal below 100."""
-    return f"{value:,.{0 if abs(value) >= 100 else 1}f}".replace("-", "−")
+@lru_cache(maxsize=4)
+def read_comparison(text):
+    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of `tell_change`."""
+    return json.loads(text) if text else {"sums": [], "buildings": []}
+
+
+def percent_of(row):
+    """Change of a row in percent of what was before, NaN where there was nothing or is nothing left."""
+    known = row["before"] > 0 and row["after"] > 0
+    return 100 * row["change"] / row["before"] if known else float("nan")
 
 
 class KeepBefore(OfCity, Action, bpy.types.Operator):
@@ -154,6 +183,8 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         item[PREFIX + "part"] = BEFORE
         show_objects(context.scene, item)
         show_before(item, visible=False)
+        if find_session(city) is not None:
+            open_session(item, replace(find_session(city)))
         context.scene.citypv_seeing.side_by_side = False
         return "Kept as before: change what you like, then trace and compute the energy"
 
@@ -167,7 +198,7 @@ class CompareBefore(Action, bpy.types.Operator):
     def poll(cls, context):
         """There are two results."""
         cls.poll_message_set("Keep a result as before, then compute another")
-        return find_before(context.scene) is not None and KeepBefore.poll(context)
+        return find_before(context.scene, find_city(context.scene)[0]) is not None and KeepBefore.poll(context)
 
     def act(self, context, city, ground):
         """Write and show the difference."""

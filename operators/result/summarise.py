@@ -9,8 +9,8 @@ GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
 )
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
 KWP = PREFIX + "kwp"  # of each surface
-CHANGES, CHANGED, FOUND = (PREFIX + name for name in ("changes", "changed_buildings", "matched"))  # before and after
-OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, CHANGES, CHANGED, FOUND)
+COMPARISON, FOUND = PREFIX + "compared", PREFIX + "matched"  # before and after: tables as JSON, and a sentence
+OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND)
 OF_ENERGY += tuple(PREFIX + name for name in ("probe", "best", "charts"))
 KIND_TITLES = {
     "facade": "Facades",

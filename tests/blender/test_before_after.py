@@ -9,7 +9,8 @@ from steps import colours_of, run
 from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
 from citypv.operators.attributes import read_face_attribute, write_face_attribute
 from citypv.operators.picture.colour_faces import colour_faces, colours_of_values, read_scale
-from citypv.operators.result.compare_results import find_before
+from citypv.operators.picture.show_result import find_before
+from citypv.operators.result.compare_results import percent_of, read_comparison
 from citypv.operators.session import find_city, find_session, list_cities
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"
@@ -27,9 +28,8 @@ def by_id(city, name):
 
 def read_rows(city, name):
     """Rows of a table: name -> before, after and change [MWh], change [%], NaN where there is none."""
-    rows = (row.split("|") for row in city[f"citypv_{name}"])
-    numbers = str.maketrans({"−": "-", "–": "nan", "%": None, ",": None})
-    return {name: [float(cell.translate(numbers)) for cell in cells] for name, *cells in rows}
+    rows = read_comparison(city["citypv_compared"])[name]
+    return {row["name"]: [*(row[key] for key in ("before", "after", "change")), percent_of(row)] for row in rows}
 
 
 def test_the_difference_is_after_minus_before(addon, city_file):
@@ -45,12 +45,11 @@ def test_the_difference_is_after_minus_before(addon, city_file):
     assert all(change[name] > 0 for name in walls)  # brighter walls light each other
     assert city["citypv_colour_attribute"] == CHANGE
     assert city["citypv_colour_low"] == -city["citypv_colour_high"] < 0
-    rows = read_rows(city, "changes")
+    rows = read_rows(city, "sums")
     assert list(rows) == ["existing", "all"]
     now = city["citypv_energy_totals"]["All"]
     expected = [energy["All"], now, now - energy["All"], 100 * (now / energy["All"] - 1)]
-    assert rows["all"][:2] == pytest.approx(expected[:2], abs=0.51)  # written without decimals
-    assert rows["all"][2:] == pytest.approx(expected[2:], abs=0.051)
+    assert rows["all"] == pytest.approx(expected, abs=1e-3)
     assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 0 new")
 
 
@@ -65,12 +64,12 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     assert south
     assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 7 new")
     # The sums tell the tower from its neighbours, and the one that loses most stands first.
-    sums, buildings = read_rows(city, "changes"), read_rows(city, "changed_buildings")
+    sums, buildings = read_rows(city, "sums"), read_rows(city, "buildings")
     assert list(sums) == ["existing", "new", "all"] and next(iter(buildings)) == "house0" and "tower" in buildings
     order = [cells[2] for cells in buildings.values()]
     assert order == sorted(order) and order[0] < 0 < order[-1]
-    assert sums["new"][:3] == [0.0, *[pytest.approx(buildings["tower"][1], abs=0.051)] * 2] and np.isnan(sums["new"][3])
-    assert sums["existing"][2] == pytest.approx(sum(order[:-1]), abs=0.16) and sums["existing"][2] < 0
+    assert sums["new"][:3] == [0.0, *[pytest.approx(buildings["tower"][1])] * 2] and np.isnan(sums["new"][3])
+    assert sums["existing"][2] == pytest.approx(sum(order[:-1]), abs=1e-3) and sums["existing"][2] < 0
     # Its grey is the material of missing results.
     material = {city.data.materials[face.material_index].name for face in city.data.polygons}
     assert "CityPV missing" in material

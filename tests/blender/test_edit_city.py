@@ -1,14 +1,21 @@
 """Edits of an imported city: what stands beside it joins it, a building goes; the light is that of a full run."""
 
+import json
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
 from steps import add_box, here, run, session_here
 
+from citypv.core.energy.energy import kwp_of_hours
+from citypv.core.energy.pv_system import build_system
 from citypv.core.light.editable_city import prepare_decided
-from citypv.core.study import stand_city, trace_scene
-from citypv.operators.in_place import describe_edit
-from citypv.operators.picture.show_result import find_before
+from citypv.core.study import compute_energy, stand_city, trace_scene
+from citypv.operators.attributes import read_corners, read_face_attribute
+from citypv.operators.members import describe_edit, list_members
+from citypv.operators.picture.build_legend import note_of
+from citypv.operators.session import list_cities
 
 
 @pytest.fixture
@@ -18,59 +25,266 @@ def traced(addon, city_file):
 
 def trace_anew(session):
     """The city of a session in a full run, at the same place and with the same decisions."""
-    base, _ = session.base
+    base = session.base
     request = base.request
     scene = stand_city(session.city, request, like=base.leaf.prepared.scene)
     return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
 
 
-def test_a_tower_beside_the_city_joins_it(traced):
-    before = np.array(session_here().energy.full_load_hours)
-    names = list(session_here().transfer.surfaces.surface_id)
-    tower = add_box("tower", (5.0, -12.0, 20.0))
+def add_tower(x=5.0):
+    """A selected tower of 40 m to the south of the first house."""
+    tower = add_box("tower", (x, -12.0, 20.0))
     tower.scale = (1, 1, 20 / 3)  # of 6 m
     bpy.context.view_layer.update()
     bpy.ops.object.select_all(action="DESELECT")
     tower.select_set(True)
-    assert "add it to the city" in describe_edit(here())[1]
-    run("add_to_city")
-    bpy.context.view_layer.update()
-    assert describe_edit(here()) == ("", "")
-    session = session_here()
-    surfaces = session.transfer.surfaces
-    assert surfaces.building_id.count("tower") == 6
-    place = [surfaces.surface_id.index(name) for name in names]
-    change = session.energy.full_load_hours[place] - before
-    assert np.nanmin(change) < -50 and here()["citypv_colour_attribute"] == "change_of_full_load_hours"
-    assert find_before(bpy.context.scene) is not None and tower.hide_get()
+    return tower
+
+
+def hours_of(session):
+    """Full load hours by surface."""
+    return dict(zip(session.transfer.surfaces.surface_id, session.energy.full_load_hours.tolist(), strict=True))
+
+
+def refuse_to_trace(monkeypatch):
+    """What is computed from here on fails."""
+
+    def trace_edit(*_, **__):
+        raise AssertionError("traced")
+
+    monkeypatch.setattr("citypv.core.study.trace_edit", trace_edit)
+
+
+def assert_full_run(session):
+    """The light is that of a full run of the edited city."""
     expected = trace_anew(session)
-    assert expected.surfaces.surface_id == surfaces.surface_id
+    assert expected.surfaces.surface_id == session.transfer.surfaces.surface_id
     assert session.transfer.visible_share == pytest.approx(expected.visible_share)
     assert session.transfer.diffuse_relative == pytest.approx(expected.diffuse_relative)
-    # The box stands where it is seen: its walls at 0 and 10 m east, 8 and 16 m south of the city's origin.
-    top = session.scene.vertices[session.scene.triangles[surfaces_of(session, "tower")]].reshape(-1, 3)
+
+
+def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):
+    """What is seen is what was computed: as object of the user, at each place; known places are not traced again."""
+    tower, before = add_tower(), hours_of(session_here())
+    bpy.ops.ed.undo_push(message="tower")
+    assert "add it to the city" in describe_edit(here())[1]
+    run("add_to_city")
+    assert describe_edit(here()) == ("", "")
+    bpy.ops.ed.undo_push(message="added")
+    session = session_here()
+    first = hours_of(session)
+    assert session.transfer.surfaces.building_id.count("tower") == 6
+    assert np.nanmin([first[name] - value for name, value in before.items()]) < -50
+    assert here()["citypv_colour_attribute"] == "change_of_full_load_hours"
+    assert_full_run(session)
+    # The box stands where it is seen, and shows its own colours: walls at 0 and 10 m east, 8 and 16 m south.
+    top = session.scene.vertices[session.scene.triangles[triangles_of(session, "tower")]].reshape(-1, 3)
     assert top.min(axis=0)[:2] == pytest.approx([0, -16], abs=0.01) and top[:, 2].max() == pytest.approx(40, abs=0.01)
+    assert tower.visible_get() and "citypv_colour" in tower.data.color_attributes
+    shown = here().evaluated_get(bpy.context.evaluated_depsgraph_get())
+    assert len(here().data.polygons) - len(shown.data.polygons) == triangles_of(session, "tower").sum()
+    tower.location.x += 30
+    bpy.context.view_layer.update()
+    assert note_of(here(), "full_load_hours").startswith("before the last edit")
+    with pytest.raises(RuntimeError, match="objects of it were edited; press Update"):
+        bpy.ops.citypv.trace()
+    run("update")
+    bpy.ops.ed.undo_push(message="moved")
+    second = hours_of(session_here())
+    assert_full_run(session_here())
+    refuse_to_trace(monkeypatch)
+    bpy.ops.ed.undo()
+    assert bpy.data.objects["tower"].location.x == pytest.approx(5)
+    if describe_edit(here())[0]:
+        run("update")
+    assert hours_of(session_here()) == pytest.approx(first, rel=0, abs=0, nan_ok=True)
+    bpy.ops.ed.redo()
+    if describe_edit(here())[0]:
+        run("update")
+    assert hours_of(session_here()) == pytest.approx(second, rel=0, abs=0, nan_ok=True) and describe_edit(here()) == (
+        "",
+        "",
+    )
 
 
-def surfaces_of(session, building):
+def triangles_of(session, building):
+    """Which triangles of the scene are of a building: (t,) bool."""
     rows = [row for row, name in enumerate(session.transfer.surfaces.building_id) if name == building]
     return np.isin(session.scene.triangle_surface, rows)
 
 
-def test_a_building_goes_and_comes_back_by_undo(traced):
+def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city_file):
+    """Of runs with other random numbers and more rays: within three standard errors of both."""
+    run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
+    add_tower()
+    run("add_to_city")
+    rows = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    found, error = rows["existing"]["change"], rows["existing"]["error"]
+    session = session_here()
+    request = replace(session.base.request, seed=7, samples=256, shadow_samples=32)
+    energies = []
+    for city in (session.imported, session.city):
+        scene = stand_city(city, request, like=session.base.leaf.prepared.scene)
+        transfer = trace_scene(scene, session.weather, request)
+        energy = compute_energy(transfer, session.weather, request)
+        kwp = kwp_of_hours(np.asarray(scene.surfaces.area), energy, build_system(request))
+        known = np.isfinite(energy.full_load_hours)
+        names = np.array(scene.surfaces.building_id)
+        own = known & (names != "tower")
+        energies.append((kwp[own] * energy.full_load_hours[own]).sum() / 1000)
+        errors = (kwp[own] * energy.full_load_hours_standard_error[own]) / 1000
+    expected = energies[1] - energies[0]
+    assert 0 < error < 0.1 * abs(found)
+    assert found == pytest.approx(expected, abs=3 * np.hypot(error, np.sqrt(2 * (errors**2).sum())))
+
+
+def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(traced):
+    alone = hours_of(session_here())
+    tower = add_tower()
+    bpy.context.scene.collection.objects.unlink(tower)
+    bpy.data.collections["CityPV"].objects.link(tower)
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "objects of it were edited"
+    run("update")
+    assert "tower" in session_here().transfer.surfaces.building_id
+    tower.hide_set(True)
+    bpy.context.view_layer.update()
+    run("update")
+    assert hours_of(session_here()) == pytest.approx(alone, nan_ok=True)
+    tower.hide_set(False)
+    bpy.context.view_layer.update()
+    run("update")
+    bpy.data.objects.remove(tower)
+    bpy.context.view_layer.update()
+    run("update")
+    assert hours_of(session_here()) == pytest.approx(alone, nan_ok=True)
+
+
+def test_a_building_becomes_an_object_and_is_raised(traced):
+    """In place with its ids it changes nothing; its roof moved up is an edit, after which its ids are the same."""
+    alone, names = hours_of(session_here()), list(session_here().transfer.surfaces.surface_id)
+    assert bpy.ops.citypv.edit_building(building="house1") == {"FINISHED"}
+    house = bpy.context.object
+    assert (house.name, describe_edit(here())) == ("house1", ("", ""))
+    assert hours_of(session_here()) == pytest.approx(alone, rel=0, abs=0, nan_ok=True)
+    assert "citypv_colour" in house.data.color_attributes
+    top = max(vertex.co.z for vertex in house.data.vertices)
+    for vertex in house.data.vertices:
+        if vertex.co.z > 0.1:
+            vertex.co.z += 10
+    house.data.update()
+    bpy.context.view_layer.update()
+    run("update")
+    assert set(session_here().transfer.surfaces.surface_id) == set(names)
+    assert_full_run(session_here())
+    assert max(vertex.co.z for vertex in house.data.vertices) == pytest.approx(top + 10)
+    assert hours_of(session_here()) != pytest.approx(alone, nan_ok=True)
+    with pytest.raises(RuntimeError, match="it is an object of its own already"):
+        bpy.ops.citypv.edit_building(building="house1")
+
+
+def test_the_mesh_of_the_city_is_edited_in_place(traced):
+    city, session = here(), session_here()
+    number = list(city["citypv_buildings"]).index("house2")
+    own = read_face_attribute(city.data, "building") == number
+    place = np.unique(read_corners(city.data).reshape(-1, 3)[own]).tolist()
+    ridge = max(city.data.vertices[k].co.z for k in place)
+    moved = [city.data.vertices[k] for k in place if city.data.vertices[k].co.z > ridge - 0.01]
+    for vertex in moved:
+        vertex.co.z += 8
+    city.data.update()
+    bpy.context.view_layer.update()
+    assert moved and describe_edit(city)[0] == "its mesh was edited"
+    highest = max(vertex.co.z for vertex in moved)
+    run("update")
+    after = session_here()
+    own = after.scene.triangles[triangles_of(after, "house2")]
+    assert after.scene.vertices[own].reshape(-1, 3)[:, 2].max() == pytest.approx(highest, abs=1e-3)
+    assert set(after.transfer.surfaces.building_id) == set(session.transfer.surfaces.building_id)
+    assert_full_run(after)
+    assert describe_edit(here()) == ("", "")
+
+
+def test_a_building_goes(traced):
     name = session_here().transfer.surfaces.building_id[0]
     assert bpy.ops.citypv.remove_building(building=name) == {"FINISHED"}
     left = session_here()
     assert name not in left.transfer.surfaces.building_id
     assert left.transfer.diffuse_relative == pytest.approx(trace_anew(left).diffuse_relative)
-    with pytest.raises(RuntimeError, match="no building of the city has this id"):
-        bpy.ops.citypv.remove_building(building=name)
-    with pytest.raises(RuntimeError, match="Building: none is named"):
-        bpy.ops.citypv.remove_building()
+    for wrong, problem in (("x", "no building of the city has this id"), ("", "none is named"), (name, "already")):
+        with pytest.raises(RuntimeError, match=problem):
+            bpy.ops.citypv.remove_building(building=wrong)
 
 
-def test_without_the_rays_it_says_what_to_do(traced, tmp_path):
+def test_without_light_that_can_be_edited_classify_takes_what_is_seen(traced, city_file, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
-    with pytest.raises(RuntimeError, match="Trace the light of the city first"):
-        bpy.ops.citypv.remove_building(building="x")
+    assert not bpy.ops.citypv.update.poll() and not bpy.ops.citypv.edit_building.poll()
+    add_tower()
+    run("add_to_city")
+    assert "Classify and trace again" in describe_edit(here())[1]
+    run("import_city", city_path=str(city_file))
+    assert describe_edit(here())[0] == "objects of it were edited"
+    run("classify")
+    assert describe_edit(here()) == ("", "")
+    assert session_here().scene.surfaces.building_id.count("tower") == 6
+
+
+def test_a_city_of_meshes_is_edited_as_well(addon):
+    boxes = [add_box(f"box{number}", (20.0 * number, 0, 3)) for number in range(3)]
+    bpy.ops.object.select_all(action="SELECT")
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
+    run("take_meshes", "classify", "trace", "energy", samples=32, shadow_samples=4, days=4)
+    boxes[1].location.z += 10
+    bpy.context.view_layer.update()
+    run("update")
+    assert describe_edit(here()) == ("", "")
+    assert_full_run(session_here())
+    bpy.data.objects.remove(boxes[2])
+    bpy.context.view_layer.update()
+    run("update")
+    assert set(session_here().transfer.surfaces.building_id) == {"box0", "box1"}
+    assert_full_run(session_here())
+
+
+def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
+    """A as imported, B with a tower, C with the tower elsewhere; each is compared with any other, nothing is traced."""
+    run("new_variant")
+    add_tower()
+    run("add_to_city")
+    found = {"B": hours_of(session_here())}
+    assert here()["citypv_variant"] == "B"
+    table = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    run("new_variant")
+    moved = next(item for item in list_members(here()))
+    assert moved.name != "tower" and not bpy.data.objects["tower"].visible_get()
+    moved.location.x += 25
+    bpy.context.view_layer.update()
+    run("update")
+    found["C"] = hours_of(session_here())
+    assert set(found["C"]) == set(found["B"]) and found["B"] != pytest.approx(found["C"], nan_ok=True)
+    refuse_to_trace(monkeypatch)
+    cities = {city["citypv_variant"]: city.name for city in list_cities(bpy.context.scene)}
+    assert sorted(cities) == ["A", "B", "C"]
+    for name in "ABCB":
+        assert bpy.ops.citypv.switch_city(name=cities[name]) == {"FINISHED"}
+        bpy.context.view_layer.update()
+        city = here()
+        assert (city["citypv_variant"], describe_edit(city)) == (name, ("", ""))
+        assert [item.visible_get() for item in list_members(city)] == [True] * (name != "A")
+        if name in found:
+            assert hours_of(session_here()) == pytest.approx(found[name], rel=0, abs=0, nan_ok=True)
+    assert bpy.ops.citypv.compare_variant(name=cities["A"]) == {"FINISHED"}
+    again = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    assert again["new"] == table["new"]
+    assert again["existing"]["change"] == pytest.approx(table["existing"]["change"], abs=1e-3)
+    assert bpy.ops.citypv.switch_city(name=cities["A"]) == {"FINISHED"}
+    assert bpy.ops.citypv.compare_variant(name=cities["B"]) == {"FINISHED"}
+    back = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    assert back["existing"]["change"] == pytest.approx(-table["existing"]["change"], abs=1e-3)
+    assert back["gone"]["before"] == pytest.approx(table["new"]["after"])
+    assert 0 < back["existing"]["error"] < 3 * table["existing"]["error"]
+    assert bpy.ops.citypv.delete_variant(name=cities["B"]) == {"FINISHED"}
+    assert "tower" not in bpy.data.objects and len(list_cities(bpy.context.scene)) == 2
+    with pytest.raises(RuntimeError, match="there is no such variant"):
+        bpy.ops.citypv.delete_variant(name="D")

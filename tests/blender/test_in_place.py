@@ -9,7 +9,8 @@ from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.edits.watch_edits import follow_undo
-from citypv.operators.in_place import describe_edit, is_seen, list_taken
+from citypv.operators.in_place import is_seen, list_taken
+from citypv.operators.members import describe_edit
 from citypv.operators.picture.build_legend import note_of
 from citypv.operators.result.probe_faces import hit_face
 from citypv.operators.session import find_session, list_cities
@@ -81,7 +82,7 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     for name, item in town.items():
         assert [slot.material for slot in item.material_slots] == before[name]
         assert list(item.data.materials) == before[name]
-        assert item.visible_get() == (name in ("House", "Turned"))
+        assert item.visible_get() and (item.display_type == "WIRE") == (name not in ("House", "Turned"))
     assert not city.visible_get() and city.hide_render
     assert is_seen(city)
     stand_in = city["citypv_stand_in"]
@@ -91,7 +92,7 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     # Two boxes of one mesh, and the two of the array.
     assert len(np.unique(read_face_attribute(stand_in.data, "surface"))) == 24
     addon.show_colours = False
-    assert all(item.visible_get() for item in town.values())
+    assert all(item.display_type == "TEXTURED" for item in town.values())
     assert "citypv_stand_in" not in city
     assert town["House"].data.color_attributes.active_color_name == "mine"
     assert "citypv_colour" not in town["House"].data.color_attributes
@@ -99,7 +100,7 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     assert read_face_attribute(town["House"].data, "kind") is not None
     addon.show_colours = True
     assert "citypv_colour" in town["House"].data.color_attributes
-    assert not town["Row"].visible_get()
+    assert town["Row"].display_type == "WIRE"
 
 
 def test_undo_takes_the_colours_off_again(addon, town):
@@ -111,13 +112,13 @@ def test_undo_takes_the_colours_off_again(addon, town):
     assert bpy.ops.ed.undo() == {"FINISHED"}
     city = here()
     assert "citypv_colour" not in bpy.data.objects["House"].data.color_attributes
-    assert bpy.data.objects["Row"].visible_get() and "citypv_stand_in" not in city
+    assert bpy.data.objects["Row"].display_type == "TEXTURED" and "citypv_stand_in" not in city
     assert find_session(city).scene is None
     assert bpy.ops.ed.redo() == {"FINISHED"}
     assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
-    assert not bpy.data.objects["Row"].visible_get()
+    assert bpy.data.objects["Row"].display_type == "WIRE"
     bpy.context.scene.citypv.show_colours = False
-    assert bpy.data.objects["Row"].visible_get()
+    assert bpy.data.objects["Row"].display_type == "TEXTURED"
 
 
 def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
@@ -164,12 +165,12 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
     tower = add_box("Tower", (160, 0, 3))
     assert told() == "Tower came beside it and is not part of it"
     for step in ("classify", "trace"):
-        with pytest.raises(RuntimeError, match=r"Tower came beside it .* take the meshes again"):
+        with pytest.raises(RuntimeError, match=r"Tower came beside it .* hide it"):
             getattr(bpy.ops.citypv, step)()
     tower.hide_set(True)
     assert told() == ""
     bpy.context.scene.collection.objects.unlink(town["House"])
-    assert told() == "an object that it was taken from is gone"
+    assert told() == "objects of it were edited"
     bpy.context.scene.collection.objects.link(town["House"])
     assert told() == ""
     city = run("import_city", "classify", city_path=str(city_file), own_place=False)
@@ -181,7 +182,7 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
     city.data.vertices[0].co.z += 1
     city.data.update()
     assert told() == "its mesh was edited"
-    with pytest.raises(RuntimeError, match="its mesh was edited; undo that, or import the city again"):
+    with pytest.raises(RuntimeError, match="its mesh was edited; press Update"):
         bpy.ops.citypv.trace()
 
 

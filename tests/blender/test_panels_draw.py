@@ -81,7 +81,7 @@ def test_results_stand_first_once_there_are_some(addon, city_file):
     run("import_city", "classify", city_path=str(city_file))
     assert seen() == steps
     run("trace", samples=16, shadow_samples=2, days=1)
-    assert seen() == ["Results", "Before and after", "Probe", "Timeline", *steps]
+    assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
 
 
 def test_panels_draw_at_every_step(addon, city_file, row_file):
@@ -96,7 +96,7 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     addon.low, addon.high = 2, 1
     assert "Low must be below High" in draw_all()
     run("keep_before", "energy")
-    assert {"existing", "all"} <= set(draw_all())
+    assert {"Existing", "All"} <= set(draw_all())
     run("import_city", city_path=str(row_file))
     assert "Not computed yet: run the steps above" in draw_all()
 

@@ -33,7 +33,7 @@ def test_every_step_has_an_operator_and_a_panel(addon):
     panels = [item for item in CLASSES if issubclass(item, bpy.types.Panel) and item.bl_space_type == "VIEW_3D"]
     assert {panel.bl_category for panel in panels} == {"CityPV"}
     steps = ["1  Import", "2  Classify", "3  Trace", "4  Energy", "5  Colour"]
-    assert [panel.bl_label for panel in panels[1:]] == [*steps, "Probe", "Results", "Timeline", "Before and after"]
+    assert [panel.bl_label for panel in panels[1:]] == [*steps, "Probe", "Results", "Timeline", "What if"]
 
 
 @pytest.mark.parametrize("step", ["classify", "trace", "energy", "colour", "render"])

@@ -1,0 +1,61 @@
+"""Edits by mouse in a Blender window: a tower is added and moved with *Live* on, and who loses is read in the table."""
+
+import json
+
+from window_steps import PREPARE, RUNNING, keep_picture, press
+
+CITY = "next(o for o in bpy.data.objects if o.get('citypv_part') == 'city' and o.visible_get())"
+# The exact numbers of the city seen are there, and nothing is left to compute.
+READY = f"'citypv_full_load_hours' in {CITY}.data.attributes"
+DONE = f"{RUNNING} is None and {CITY}.get('citypv_redesigned') == 0 and {READY}"
+SUMS = f"answer = {CITY}['citypv_compared']"
+IN_VIEW = 500, 300
+ADD = """
+bpy.ops.mesh.primitive_cube_add(size=2, location={place}, scale=(6, 6, 20))
+bpy.context.object.name = "tower"
+"""
+
+
+def in_view(code):
+    """Code that is run as if in the 3D view."""
+    lines = "".join(f"    {line}\n" for line in code.strip().split("\n"))
+    return (
+        PREPARE + "window = bpy.context.window_manager.windows[0]\n"
+        "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
+        f"with bpy.context.temp_override(window=window, area=area, region=region):\n{lines}"
+    )
+
+
+def move_by_hand(window, metres):
+    """Move the selected objects along x as a user does: G X, the distance, Enter."""
+    window.point("mousemove", *IN_VIEW, "key", "g", "sleep", 0.1, "key", "x", "sleep", 0.1)
+    window.point("key", *("minus" if letter == "-" else letter for letter in f"{metres}"))
+    window.point("key", "Return")
+
+
+def read_sums(window):
+    """Rows of the table of sums by name."""
+    return {row["name"]: row for row in json.loads(window.ask(SUMS))["sums"]}
+
+
+def move_tower(window, times):
+    """Add a tower beside the city by one click, and move it; each time the table is that of what is seen.
+
+    Returns
+    -------
+    list of dict
+        Rows of the existing buildings.
+    """
+    window.ask(in_view(ADD.format(place="(30, -10, 20)")))
+    press(window, "citypv.add_to_city", below=True)
+    window.wait_for(DONE, 120)
+    found = [read_sums(window)["existing"]]
+    keep_picture(window, "tower")
+    for _ in range(times):
+        before = window.ask(SUMS)
+        move_by_hand(window, -3)
+        window.wait_for(f"{DONE} and {CITY}['citypv_compared'] != {before!r}", 120)
+        found.append(read_sums(window)["existing"])
+    keep_picture(window, "tower-moved")
+    assert "Traceback" not in window.read_log()
+    return found
