@@ -1,7 +1,7 @@
 # `make demo` computes the Berlin example, `make world` the maps of the world, `make test` checks everything. All do their
 # set-up themselves.
 .DEFAULT_GOAL := help
-.PHONY: help demo world check test test-all slow extension versions clean
+.PHONY: help demo world check test test-all slow docs extension versions clean
 
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
@@ -10,6 +10,7 @@ help:
 	@echo "make test       set up and run the tests, with each Python and Blender at hand: eleven minutes"
 	@echo "make test-all   the same, and all that is thorough: before a release"
 	@echo "make slow       measure which tests are slow -> tests/slow.txt, which make check leaves out"
+	@echo "make docs       the manual as pages with search -> build/docs/"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
 	@echo "make clean      remove the environments and everything built (not results/)"
@@ -75,6 +76,13 @@ test test-all:
 	  fi; \
 	done; exit $$failed
 
+# The pages quote the tables of measurements, so that these stand beside them.
+docs:
+	@$(NEEDS_PYTHON)
+	@python3 tools/set_up.py one
+	@rm -rf build/pages build/docs && mkdir -p build && cp -r docs build/pages && cp -r benchmarks/results build/pages/results
+	.venv/bin/python -m sphinx --quiet --fail-on-warning --keep-going build/pages build/docs
+
 extension:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
@@ -84,7 +92,7 @@ versions:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	.venv/bin/python -m pip install --quiet uv
-	.venv/bin/uv pip compile pyproject.toml --extra blender --extra cluster --extra test --universal --python-version 3.11 --upgrade \
+	.venv/bin/uv pip compile pyproject.toml --extra blender --extra cluster --extra docs --extra test --universal --python-version 3.11 --upgrade \
 	  --no-annotate --custom-compile-command "make versions" --quiet --output-file tools/versions.txt
 
 clean:

@@ -1,7 +1,7 @@
 """Error against time on two cities: what each setting buys, and what the peers need.
 
-    python benchmarks/accuracy.py [--city town midtown] [--only CURVE …] [--runs 3] [--threads 1] [--plot docs/accuracy]
-                                  [--points N] [--kept FILE]
+    python benchmarks/accuracy.py [--city town midtown] [--only CURVE …] [--runs 3] [--threads 1]
+                                  [--plot docs/validation/accuracy] [--points N] [--kept FILE]
 
 town     91,764 triangles and 143 suns of tests/data/town.npz; reference of 3,000 triangles in the same file, noise
          0.0004, which this program did not make

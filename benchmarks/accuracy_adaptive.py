@@ -1,7 +1,7 @@
 """Adaptive rounds for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the light of a year.
 
 Their target is the error of this light, as the run itself states it, on 95 % of the area. The first round has 256 rays
-and 16 points; from then on surfaces that are known well enough get no more samples (docs/accuracy.md). Time is that of
+and 16 points; from then on surfaces that are known well enough get no more samples (docs/reference). Time is that of
 tracing, of all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
 """
 

@@ -8,7 +8,8 @@ sun in front of them, all surfaces sampled alike, eight reflections. The other r
 with one effect switched off; two more show what everything on would take with rays to suns behind the faces as well,
 and with no more reflections than the plan's. Seconds are processor seconds of one thread, for tracing and for the
 pilot, medians of interleaved runs, so that other work on the machine counts little; reading and electricity are the
-same for all. A group is a kind and orientation. The tables are those of docs/effects.md; `--brief` prints the first.
+same for all. A group is a kind and orientation. `--brief` prints the first of the
+tables.
 """
 
 import argparse

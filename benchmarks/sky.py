@@ -1,6 +1,6 @@
 """How far the models of the sky are from measured walls, and from the hours of ISO 52010-1.
 
-    python benchmarks/sky.py [--plot docs/sky.png]
+    python benchmarks/sky.py [--plot docs/validation/sky.png]
 
 Measured: global irradiance on four walls of a house in open country (Holzkirchen, IEA EBC Annex 58), 41 days in 2013
 and 40 in 2014, every ten minutes. GHI and DHI of the same station go through this program's own chain (sun, DNI, traced

@@ -1,7 +1,7 @@
 """Error of each choice of suns (the paper's Fig. 5), hour by hour against hourly suns.
 
     python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND ORIENTATION]
-        [--sky perez|isotropic] [--patches N] [--ways WAY …] [--threads N] [--plot FILE.png]
+        [--sky perez|isotropic] [--sectors 8|paper] [--patches N] [--ways WAY …] [--threads N] [--plot FILE.png]
 
 Without CITY: Midtown Manhattan, placed at Cairo with Cairo's typical year. Without --group: all eligible surfaces.
 Visible shares of the suns are traced for patches drawn by area from the surfaces of the group, from the same 16 points
@@ -10,7 +10,7 @@ Printed: number of suns, processor seconds to look for them, mean absolute error
 group (over all hours of the year, nights included; of several groups the mean by their patches), error of the annual
 full load hours, and root mean square error of the full load hours of single patches. The figure of the paper:
 
-    python benchmarks/suns.py --group facade south --sky isotropic --plot docs/suns.png
+    python benchmarks/suns.py --group facade south --sky isotropic --sectors paper --plot docs/validation/suns.png
 """
 
 import argparse
@@ -58,6 +58,7 @@ def main():
         latitude=options.latitude,
         longitude=options.longitude,
         sky=options.sky,
+        sectors=options.sectors,
         threads=options.threads,
         suns="days:1",
         samples=16,
@@ -95,6 +96,7 @@ def read_arguments():
     parser.add_argument("--longitude", type=float)
     parser.add_argument("--group", nargs=2, metavar=("KIND", "ORIENTATION"))
     parser.add_argument("--sky", default="auto")
+    parser.add_argument("--sectors", default="8")
     parser.add_argument("--patches", type=int, default=4000)
     parser.add_argument("--ways", nargs="+", default=WAYS)
     parser.add_argument("--threads", type=int)

@@ -1,4 +1,4 @@
-"""Numbers of docs/world.md: the paper's at 10° E, what the shift in time costs, and the cost of a place.
+"""Numbers of docs/validation/paper.md: the paper's at 10° E, what the shift in time costs, and the cost of a place.
 
     python benchmarks/world.py A=DIR B=DIR C=DIR [--sky isotropic|perez] [--shift] [--cost] [--threads N]
     python benchmarks/world.py A=DIR B=DIR C=DIR --parallel     the United States between their coasts, along parallels

@@ -1,4 +1,4 @@
-"""Take the pictures of docs/tutorial.md in a real Blender window (see blender_window.py).
+"""Take the pictures of docs/guide/tutorial.md in a real Blender window (see blender_window.py).
 
 .venv/bin/python tools/draw_tutorial.py ROOT
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import blender_window
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
+DOCS = Path(__file__).resolve().parent.parent / "docs/guide"
 SIZE = (1280, 800)
 PLACE = """
 window = bpy.context.window_manager.windows[0]

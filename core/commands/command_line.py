@@ -34,7 +34,7 @@ from .choose_settings import cluster_settings, free_settings, request_of_setting
 from .run_log import print_output
 from .state_commands import add_states
 
-EPILOGUE = "Every option and every file written is described in docs/command_line.md."
+EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
 
 class OneLineParser(argparse.ArgumentParser):

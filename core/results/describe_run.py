@@ -43,7 +43,7 @@ KINDS = {
 USABLE = 0.6  # of facades with windows, as an example
 WORTH_NAMING = 0.01  # share of walls and roofs
 SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
-OF_CLIMATE = (  # docs/climate.md, stations that do not contradict themselves
+OF_CLIMATE = (  # benchmarks/results/climate.md, stations that do not contradict themselves
     "The error of the weather is much larger: with the built-in climate unshaded walls are off by 7 % (north) to "
     "17 % (east) at 12 stations (root mean square), and 5 to 11 % too high on average."
 )

@@ -17,7 +17,7 @@ PRESETS = {
 
 
 METHODS = {
-    # Bredemeier et al., CityPV; docs/method_paper.md says what follows from each, and where the program differs.
+    # Bredemeier et al., CityPV; docs/reference/method_paper.md says what follows from each.
     "paper": {
         "suns": "typical-days:12",
         "horizon_cut": "neglect",

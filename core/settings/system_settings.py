@@ -6,7 +6,7 @@ from .setting import setting
 
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
 BUILDINGS = "buildings"  # in place of a surface's id
-METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
+METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/reference/method_paper.md)"}
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
     "insulated-back": "On the wall or roof without a gap, glass/polymer",
@@ -39,7 +39,7 @@ class SystemSettings:
     method: str | None = setting(
         None,
         "electricity",
-        "all settings as in the paper (docs/method_paper.md); other options take precedence",
+        "all settings as in the paper (docs/reference/method_paper.md); other options take precedence",
         kind="choice",
         choices=METHODS,
     )

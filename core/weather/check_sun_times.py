@@ -21,7 +21,7 @@ STEP = 10.0  # [min] the clear sky is averaged over an interval in steps of at m
 COARSE = 30  # [min] steps in which shifts are tried first, then minutes
 WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours represent a clear day, and the quantile of these
 
-# Limits. Sources and the values of real files: docs/weather.md.
+# Limits. Sources and the values of real files: docs/reference/weather.md.
 RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]

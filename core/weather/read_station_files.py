@@ -49,7 +49,7 @@ DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
 HEADER = ("Time Zone", "Local Time Zone", "Latitude", "Longitude", "Elevation")  # fields of the first line of PSM
 STAMP = ("Year", "Month", "Day", "Hour", "Minute")
-CURE = "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed (docs/weather.md)"
+CURE = "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed (docs/reference/weather.md)"
 
 
 def read_epw(path):

@@ -86,7 +86,7 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
 
 
 def test_the_manual_names_every_attribute_and_code():
-    text = (Path(__file__).parents[2] / "docs/blender.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs/reference/files.md").read_text(encoding="utf-8")
     for codes in (KIND_CODES, ORIENTATION_CODES):
         assert ", ".join(f"{name} {code}" for name, code in codes.items()) in text
     for name in {*CONTRACT, "surface"} - {"full_load_hours_standard_error"}:

@@ -231,7 +231,7 @@ def test_afternoons_are_the_warmest_and_sunny_ones_above_all():
 
 @pytest.mark.parametrize(
     ("path", "ghi", "dni", "temp_air"),
-    # Bounds of docs/climate.md: the annual GHI of the grid is off by as much as the first; the arctic is worst.
+    # The annual GHI of the grid is off by as much as the first (benchmarks/results/climate.md); the arctic is worst.
     [(TMY3, 10, 20, 2), (PVGIS, 10, 20, 4), (BARROW, 30, 140, 5)],
 )
 def test_errors_at_stations(path, ghi, dni, temp_air):

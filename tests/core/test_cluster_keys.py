@@ -27,11 +27,11 @@ def refuse(address, problem):
 
 
 def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
-    """The certificate and the settings are made as docs/cluster.md says."""
+    """The certificate and the settings are made as docs/guide/many_machines.md says."""
     monkeypatch.setattr(run_tasks, "PATIENCE", 2)
     from dask import config
 
-    text = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "guide" / "many_machines.md").read_text(encoding="utf-8")
     command, settings = re.search("    (openssl req .*)", text)[1], re.search("```yaml\n(.*?)```", text, re.DOTALL)[1]
 
     def settings_of(name):
@@ -48,7 +48,8 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
                 assert list(run_tasks.run_tasks(workers, pow, [(2, 5)])) == [32]
             with settings_of("foreign"):
                 refuse(
-                    address, "does not accept this machine's key, or finds none; see docs/cluster.md, Who may reach it"
+                    address,
+                    "does not accept this machine's key, or finds none; see docs/guide/many_machines.md",
                 )
             refuse(address.replace("tls:", "tcp:"), "does not answer")
             with config.set({"distributed.comm.tls.client.cert": None}):

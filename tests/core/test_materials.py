@@ -69,9 +69,9 @@ def test_materials_by_name():
 
 
 def test_every_material_has_a_source_and_stands_in_the_docs():
-    """The table of docs/materials.md is that of the program, and so are its sources."""
+    """The table of docs/reference/materials.md is that of the program, and so are its sources."""
     rows = {}
-    for line in (Path(__file__).parents[2] / "docs/materials.md").read_text("utf-8").splitlines():
+    for line in (Path(__file__).parents[2] / "docs/reference/materials.md").read_text("utf-8").splitlines():
         cells = [cell.strip() for cell in line.split("|")[1:-1]]
         if len(cells) == 4 and cells[0].startswith("`"):
             rows[cells[0].strip("`")] = cells[1:]
