@@ -2,8 +2,8 @@
 
     python benchmarks/options.py DIR [--weather FILE]
 
-DIR is a folder of `citypv simulate`, such as that of `make demo`. The base is DC on open racks under the isotropic sky, in
-the paper's four sectors. Each row changes one thing of it.
+DIR is a folder of `citypv simulate`, such as that of `make demo`. The base is DC on open racks under the isotropic sky,
+in the paper's four sectors. Each row changes one thing of it.
 """
 
 import argparse
@@ -40,14 +40,11 @@ def main():
     print("| | facades N, E, S, W | roofs N, E, S, W | area that counts |\n|---|---|---|--:|")
     for name, change in ROWS.items():
         found = find_hours(options, change)
-        kinds = [
-            ", ".join(percent(found[0][group], base[0][group]) for group in base[0] if group[0] == kind)
-            for kind in KINDS
-        ]
-        print(f"| {name} | {' | '.join(kinds)} | {percent(found[1], base[1])} |", flush=True)
-
-
-KINDS = "facade", "roof"
+        changes = [percent(found[0][group], hours) for group, hours in base[0].items()]
+        print(
+            f"| {name} | {', '.join(changes[:4])} | {', '.join(changes[4:])} | {percent(found[1], base[1])} |",
+            flush=True,
+        )
 
 
 def find_hours(options, change):
@@ -56,7 +53,7 @@ def find_hours(options, change):
     with tempfile.TemporaryDirectory() as folder:
         weighed = result.with_weather(options.weather, out=Path(folder) / "out", **{**BASE, **change})
         groups = weighed.groups[weighed.groups["period"] == "annual"].set_index(["kind", "orientation"])
-    wanted = [(kind, way) for kind in KINDS for way in ("north", "east", "south", "west")]
+    wanted = [(kind, way) for kind in ("facade", "roof") for way in ("north", "east", "south", "west")]
     hours = "full_load_hours" if change.get("losses") else "full_load_hours_dc"
     return {group: groups.loc[group, hours] for group in wanted}, groups.loc[wanted, "area"].sum()
 

@@ -81,7 +81,7 @@ def free_settings(given):
 
 def _take(name, value, default, details):
     """A setting in the form that Request has."""
-    if value is None and (default is None or details.none):
+    if (value is None and (default is None or details.none)) or (details.none and value == details.none):
         return None
     words, fits = KINDS[details.kind]
     try:

@@ -1,4 +1,4 @@
-"""Each command and block of Python in the guide runs, on a small city in place of Berlin; what pages link to is there."""
+"""Commands and blocks of Python in the guide run, on a small city in place of Berlin; what pages link to is there."""
 
 import re
 import shlex
