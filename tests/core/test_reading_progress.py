@@ -5,6 +5,7 @@ import io
 import itertools
 import json
 import shutil
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -129,17 +130,23 @@ class Terminal(io.StringIO):
         return True
 
 
+def let_time_pass(monkeypatch, seconds):
+    """As if so much time [s] went by between two reports, however busy the machine is."""
+    clock = itertools.count(0.0, seconds).__next__
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=clock, perf_counter=time.perf_counter))
+
+
 def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
     """One line a stage; where none is to last, the terminal is left as it was and a log stays empty."""
     for stream, lines in ((Terminal(), 2), (io.StringIO(), 2)):
+        let_time_pass(monkeypatch, 0.001)
         read_city(files[1], progress=TerminalProgress(stream))
         assert stream.getvalue().count("\n") == lines
         assert "reading files: 100 %" in stream.getvalue()
         assert "B/s, took" in stream.getvalue()
     terminal, log, slow = Terminal(), io.StringIO(), io.StringIO()
     for stream, seconds in ((terminal, 0.25), (log, 0.1), (slow, 4.0)):
-        ticks = itertools.count(0.0, seconds)  # as if so much time went by between two reports
-        monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=ticks.__next__))
+        let_time_pass(monkeypatch, seconds)
         read_city(files[1], progress=TerminalProgress(stream, lasting=False))
     assert "reading files" in slow.getvalue() and "s left" in slow.getvalue()
     assert "100 %" not in slow.getvalue()

@@ -16,6 +16,8 @@ from scenes import join, run_gather, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.settings.request import Request
 
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
 SUNS = suns_towards(np.random.default_rng(1).normal(size=(20, 3)) * [1, 1, 0.3] + [0, 0, 1])
@@ -46,6 +48,22 @@ def start(city, out, *more, code="from citypv.core.commands.command_line import 
 
 def run(city, out, *more):
     return main(["simulate", str(city), "--out", str(out), "--quiet", *FEW, *more])
+
+
+@pytest.mark.parametrize("stage", ["sky and reflections", "suns"])
+def test_cancel_leaves_nothing_running(stage):
+    """An exception from the progress ends the task in that stage, its threads end, and the next run is as ever."""
+    reference = trace()
+    before = threading.active_count()
+
+    def cancel(now, done, total, unit):
+        if now == stage:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trace_gather(SCENE, SUNS, Request(threads=2), cancel)
+    assert threading.active_count() == before
+    assert same(trace(), reference)
 
 
 def test_the_same_run_in_two_threads_at_once():

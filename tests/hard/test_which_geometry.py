@@ -193,3 +193,12 @@ def test_a_floor_on_a_roof_rests_on_it(height):
     else:
         assert transfer.diffuse_relative[floor].min() > 0.05
         assert transfer.covered_share[floor].max() == 0
+
+
+def test_a_thin_slab_is_lit_from_below():
+    """A balcony of 5 mm: its underside does not rest on its own top."""
+    slab = box((-2, -2, 4), (2, 2, 4.005))
+    transfer = trace([strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 10), *slab])
+    under = 20 + np.array([2, 3])
+    assert transfer.diffuse_relative[under].min() > 0.15
+    assert transfer.covered_share[under].max() == 0

@@ -160,6 +160,19 @@ def test_a_million_triangles():
 # Weather
 
 
+def test_a_weather_year_of_zeros():
+    """No light: no electricity, and no NaN from the logarithms and quotients on the way there."""
+    weather = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), pd.Timedelta(hours=1))
+    weather.data[["ghi", "dhi", "dni"]] = 0.0
+    energy = compute_energy(trace(HOUSE), weather)
+    electric = ~np.isin(HOUSE.surfaces.kind, ("ground", "downward"))
+    assert electric.sum() > 4
+    assert (energy.full_load_hours[electric] == 0).all()
+    assert (energy.poa_global_annual == 0).all()
+    assert (energy.full_load_hours_standard_error[electric] == 0).all()
+    assert (energy.capacity_factor == 0).all()
+
+
 def test_parallel_squares_see_each_other_by_their_view_factor():
     """Howell C-11, unit squares at distance 1: 0.199825, within four standard errors, from both sides."""
     scene = join([strip([0, 0, 0], [1, 0, 0], [0, 1, 0], 1), strip([0, 0, 1], [0, 1, 0], [1, 0, 0], 1)])

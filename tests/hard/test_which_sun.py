@@ -11,7 +11,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns
-from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.add_sun import add_sun, complete_irradiance
 from citypv.core.weather.climate import clear_sky
 
 HOUR = pd.Timedelta(hours=1)
@@ -176,3 +176,13 @@ def test_leap_years_and_years_with_leap_seconds(year, hours):
     energy = energy_of(weather, 52.5, 13.4, "typical-days:2")
     assert energy.years == pytest.approx(1, abs=0.003)
     assert 900 < energy.full_load_hours[ROOF].mean() < 2500
+
+
+@pytest.mark.parametrize("zenith", [80.0, 87.9, 88.0, 88.1, 89.999, 90.0, 90.001, 120.0])
+def test_direct_normal_irradiance_towards_the_horizon(zenith):
+    """DNI = (GHI - DHI)/cos θ ends 2° above the horizon; what comes then counts as diffuse."""
+    given = {"ghi": np.array([30.0]), "dhi": np.array([20.0])}
+    found = complete_irradiance(given, np.array([zenith]))
+    dni, dhi = (10 / np.cos(np.radians(zenith)), 20) if zenith <= 88 else (0, 30)
+    assert found["dni"] == pytest.approx(dni)
+    assert found["dhi"] == dhi
