@@ -133,7 +133,7 @@ class Terminal(io.StringIO):
 def let_time_pass(monkeypatch, seconds):
     """As if so much time [s] went by between two reports, however busy the machine is."""
     clock = itertools.count(0.0, seconds).__next__
-    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=clock, perf_counter=time.perf_counter))
+    monkeypatch.setattr(progress, "time", SimpleNamespace(**{**vars(time), "monotonic": clock}))
 
 
 def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
