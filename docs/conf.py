@@ -12,6 +12,7 @@ myst_heading_anchors = 3
 myst_ref_domains = ["std", "py"]
 numpydoc_show_class_members = False
 autodoc_member_order = "bysource"
+add_module_names = False
 html_theme = "pydata_sphinx_theme"
 html_title = "CityPV"
 html_theme_options = {"navbar_align": "left", "show_prev_next": False, "navigation_depth": 2}
