@@ -221,28 +221,6 @@ def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, c
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("words", "problem"),
-    [
-        (["--cluster", "lokal:2"], "'lokal:2' is not known; give local:N"),
-        (["--cluster", "local:0"], "asks for 0 workers"),
-        (["--cluster", "tcp://nowhere"], "is not known"),
-        (["--cluster", "tcp://127.0.0.1:99999"], "does not answer"),
-        (["--cluster", "serial", "--tile", "0"], "0 m is too small; give 20 m or more"),
-        (["--cluster", "serial", "--tile", "nan"], "nan m is too small"),
-        (["--tile", "100"], "--tile: is for cities traced in tiles; give --cluster local:N"),
-        (["--cluster", "serial", "--target-error", "1"], "--target-error: is for runs without tiles"),
-        (["--cluster", "serial", "--estimator", "forward"], "--estimator forward: traces whole cities only"),
-    ],
-)
-def test_what_cannot_be_meant_is_refused_in_one_line(city, tmp_path, capfd, words, problem):
-    assert main(["simulate", str(city), "--out", str(tmp_path / "out"), *words]) == 2
-    said = capfd.readouterr().err
-    assert problem in said
-    assert said.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
     monkeypatch.setattr(run_tasks.importlib.util, "find_spec", lambda name: None)
     for command in (["simulate", str(city)], ["world", "unshaded"]):

@@ -2,18 +2,15 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pvlib
 import pytest
 from scenes import assert_mean, scene_of_triangles, suns_towards
-from small_city import write_small_city
 from transfers import unshaded_transfer
 from weathers import BERLIN
 
-from citypv.__main__ import main
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
@@ -198,9 +195,6 @@ def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
 
 # -- files of horizons: formats that are read, and what is refused in one line --
 
-DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
-NO_SYSTEM = DEM.with_name("dem_jacksboro_utm16_clip.asc")
-
 
 def test_formats_of_angles(tmp_path):
     """Azimuth from north; PVGIS' A from the south; PVGIS' list from north, clockwise."""
@@ -241,19 +235,3 @@ def test_files_of_angles_that_cannot_be_used(tmp_path, text, words):
     (tmp_path / "bad.csv").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=words):
         read_horizon_table(tmp_path / "bad.csv")
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        (["--horizon", str(NO_SYSTEM)], "names no coordinate reference system"),
-        (["--horizon", str(DEM)], "does not reach the site"),
-        (["--horizon", "nowhere.tif"], "no such file"),
-        (["--effects", "terrain-horizon=on"], "--horizon FILE"),
-    ],
-)
-def test_a_horizon_that_cannot_be_used_is_one_line(tmp_path, capsys, settings, words):
-    city = write_small_city(tmp_path / "small.gml")
-    assert main(["effects", str(city), *settings]) == 2
-    told = capsys.readouterr().err.strip()
-    assert words in told and "\n" not in told

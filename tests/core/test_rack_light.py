@@ -8,9 +8,8 @@ from cities import box
 from flat_roofs import rectangle, roof, rows_of, scene_with
 from pvlib.bifacial import infinite_sheds
 from scenes import suns_towards
-from weathers import DATA, ERA5
+from weathers import DATA
 
-from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import dc_system
@@ -136,11 +135,3 @@ def test_roofs_with_racks_count_once(new_york):
 def read_rows(path):
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
-
-
-def test_the_command_refuses_words_in_one_line(tmp_path, capsys):
-    city = str(ERA5.parent / "berlin_3910_5817.gml")
-    assert main(["simulate", city, "--out", str(tmp_path / "out"), "--racks", "tilt=80"]) == 2
-    told = capsys.readouterr().err.strip().splitlines()
-    assert len(told) == 1 and "--racks: tilt=80 is out of range" in told[0]
-    assert not (tmp_path / "out").exists()

@@ -179,12 +179,3 @@ def test_presets_are_defaults_that_options_and_methods_override():
         for name, value in expected.items():
             assert getattr(request, name) == value, arguments
     assert set(PRESETS) == {"draft", "standard", "reference"}
-
-
-@pytest.mark.parametrize(
-    ("option", "value"), [("--target-error", "0"), ("--target-error", "nan"), ("--time-budget", "-1")]
-)
-def test_goals_that_mean_nothing_are_refused(option, value, city, tmp_path, capfd):
-    assert main(["simulate", str(city), "--out", str(tmp_path / "c"), option, value]) == 2
-    assert option in capfd.readouterr().err
-    assert not (tmp_path / "c").exists()

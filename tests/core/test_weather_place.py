@@ -96,20 +96,3 @@ def test_what_was_found_out_is_said_and_kept(city, tmp_path, capfd):
     assert abs(weather["checks"]["2017"]["daylight_shift"]) <= 5
     assert weather["checks"]["2017"]["closure_residual"] is None
     assert any("clear days" in note for note in weather["notes"])
-
-
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [
-        (["--time-shift", "900"], "--time-shift"),
-        (["--allow-distance", "-1"], "--allow-distance"),
-        (["--weather-place", "91", "0"], "--weather-place"),
-        (["--weather-without", "temp"], "--weather-without"),
-        (["--weather", "clear-sky", str(ERA5)], "clear-sky"),
-    ],
-)
-def test_options_out_of_range(city, tmp_path, capfd, options, word):
-    assert main(["simulate", str(city), *options, "--out", str(tmp_path / "no"), "--quiet"]) == 2
-    said = capfd.readouterr().err
-    assert word in said
-    assert said.count("\n") == 1

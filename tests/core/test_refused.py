@@ -1,0 +1,152 @@
+"""What means nothing is refused in one line that names it before anything is written, and before files are read."""
+
+from pathlib import Path
+
+import pytest
+from weathers import BARROW, ERA5
+
+from citypv.core.commands.command_line import main
+
+DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
+SIMULATE = [
+    ("nowhere.gml", "nowhere.gml"),
+    ("CITY --weather CITY", "small.gml"),
+    ("CITY --weather nowhere.nc", "nowhere.nc"),
+    ("CITY --albedo 1.5", "--albedo"),
+    ("CITY --albedo-file nowhere.csv", "nowhere.csv"),
+    ("CITY --module Nonesuch", "--module"),
+    ("CITY --suns monthly", "--suns"),
+    ("nowhere.gml --effects fog=on", "--effects"),
+    ("CITY --effects aoi=on --effects aoi=off", "aoi is given as on and as off"),
+    ("CITY --usable roof=1,roof=0.5", "roof is given as 1.0 and as 0.5"),
+    ("CITY --effects fog", "fog"),
+    ("CITY --max-bounces -1", "--max-bounces"),
+    ("CITY --latitude 91 --longitude 0", "--latitude"),
+    ("CITY --weather ERA5 --latitude 10 --longitude 10", "era5"),
+    ("--weather ERA5 CITY", "give it before options of several values"),
+    ("CITY --colour red", "--colour"),
+    ("CITY --racks tilt=80", "--racks: tilt=80 is out of range"),
+    ("CITY --target-error 0", "--target-error"),
+    ("CITY --target-error nan", "--target-error"),
+    ("CITY --time-budget -1", "--time-budget"),
+    ("CITY --time-shift 900", "--time-shift"),
+    ("CITY --allow-distance -1", "--allow-distance"),
+    ("CITY --weather-place 91 0", "--weather-place"),
+    ("CITY --weather-without temp", "--weather-without"),
+    ("CITY --weather clear-sky ERA5", "clear-sky"),
+    ("CITY --horizon DEM", "does not reach the site"),
+    ("CITY --cluster lokal:2", "'lokal:2' is not known; give local:N"),
+    ("CITY --cluster local:0", "asks for 0 workers"),
+    ("CITY --cluster tcp://nowhere", "is not known"),
+    ("CITY --cluster tcp://127.0.0.1:99999", "does not answer"),
+    ("CITY --cluster serial --tile 0", "0 m is too small; give 20 m or more"),
+    ("CITY --cluster serial --tile nan", "nan m is too small"),
+    ("CITY --tile 100", "--tile: is for cities traced in tiles; give --cluster local:N"),
+    ("CITY --cluster serial --target-error 1", "--target-error: is for runs without tiles"),
+    ("CITY --cluster serial --estimator forward", "--estimator forward: traces whole cities only"),
+]
+FAR = "--pictures off --weather"
+WORLD = [
+    ("nothing.nc", "no such file"),
+    ("unshaded unshaded", "two are called"),
+    ("unshaded --mix berlin=1", "no environment"),
+    ("unshaded --step 0", "no step"),
+    ("unshaded --latitudes 20 10", "no range"),
+    ("unshaded --years 2015", "typical year"),
+    ("unshaded --losses 10", "--losses"),
+    ("unshaded --weather BARROW missing.nc", "missing.nc"),
+    ("unshaded --mix=", "--mix: the weights add up to 0"),
+    ("unshaded mix=unshaded --mix unshaded=0.5,mix=0.5 --step 90", "is called 'mix'"),
+    ("unshaded --weather clear-sky --off-land clear-sky", "--off-land: means nothing for clear-sky"),
+    (f"unshaded {FAR} BARROW --years 2003", "--years: means nothing for stations"),
+    (f"unshaded {FAR} BARROW --latitudes 0 10", "--latitudes: means nothing for stations"),
+    (f"unshaded {FAR} BARROW --longitudes 0 10", "--longitudes: means nothing for stations"),
+    (f"unshaded {FAR} BARROW --step 5", "--step: means nothing for stations"),
+    (f"unshaded {FAR} BARROW --off-land clear-sky", "--off-land: means nothing for stations"),
+    (f"unshaded {FAR} ERA5 --off-land clear-sky", "--off-land: means nothing for gridded weather"),
+    # Half of the places would be left out: they lie below 180°.
+    (f"unshaded {FAR} ERA5 --longitudes 0 360", "-180 to 180"),
+    (f"unshaded {FAR} ERA5 --longitudes nan 10", "-180 to 180"),
+]
+
+
+@pytest.fixture
+def refusal(city, tmp_path, capfd, monkeypatch):
+    """Returns the one line that a command refuses words with; nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    places = {"CITY": str(city), "ERA5": str(ERA5), "BARROW": str(BARROW), "DEM": str(DEM)}
+
+    def refuse(words):
+        assert main([*(places.get(word, word) for word in words.split()), "--out", "out", "--quiet"]) == 2
+        said = capfd.readouterr().err
+        assert said.count("\n") == 1
+        assert not list(tmp_path.iterdir())
+        return said
+
+    return refuse
+
+
+@pytest.mark.parametrize(("words", "problem"), SIMULATE)
+def test_a_run_that_cannot_be_meant(refusal, words, problem):
+    assert problem in refusal(f"simulate {words}")
+
+
+@pytest.mark.parametrize(("words", "problem"), WORLD)
+def test_a_map_of_the_world_that_cannot_be_meant(refusal, words, problem):
+    assert problem in refusal(f"world {words}")
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (None, "cannot be read"),
+        ("", "the file is empty"),
+        ("some words without meaning\n", "is not in a known weather format"),
+    ],
+)
+def test_a_bad_weather_file_is_refused_before_the_city_is_read(tmp_path, capsys, content, problem):
+    """The city is not even there: what is said is said of the weather."""
+    path = tmp_path / "year.epw"
+    if content is not None:
+        path.write_text(content)
+    given = ["simulate", str(tmp_path / "nowhere.gml"), "--weather", str(path), "--out", str(tmp_path / "out")]
+    assert main(given) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"citypv: error: {path}: {problem}")
+    assert "nowhere.gml" not in told
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, with files that mean nothing as a horizon."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
+    grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"
+    (tmp_path / "heights.asc").write_text(grid, encoding="utf-8")
+    for name in ("mesh.obj", "city.gml"):
+        (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("command", ["simulate", "effects", "accuracy"])
+@pytest.mark.parametrize(
+    ("settings", "problem"),
+    [
+        (["--estimator", "forward", "--effects", "sky-rays=off"], "--effects: sky-rays=off is for gather only"),
+        (["--effects", "terrain-horizon=on"], "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
+        (["--albedo-file", "albedo.csv"], "albedo.csv: line 2: mirror needs an albedo; give one"),
+        (["--horizon", "nowhere.tif"], "nowhere.tif: no such file"),
+        (["--horizon", "albedo.csv"], "albedo.csv: has neither two columns nor one"),
+        (["--horizon", "heights.asc"], "heights.asc: names no coordinate reference system"),
+        (["--horizon", "mesh.obj"], "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
+    ],
+)
+def test_what_tracing_lacks_is_told_before_the_city_is_read(folder, capsys, command, settings, problem):
+    given = [command, "nowhere.gml", *settings, *(["--out", "out"] if command == "simulate" else [])]
+    assert main(given) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"citypv: error: {problem}")
+    assert "nowhere.gml" not in told
+    assert len(told.splitlines()) == 1
+    assert not (folder / "out").exists()
