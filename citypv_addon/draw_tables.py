@@ -61,9 +61,8 @@ def draw_comparison(layout, context):
     column.label(text="MWh per year: before → after, change")
     for one in tables["sums"]:
         draw_change(column, one, SUMS[one["state"]])
-        for side in ("roofs", "facades"):
-            if one[side]:
-                draw_numbers(column.row(align=True), (f"{side} {write_energy(one[side], '+')}",))
+        sides = [f"{side} {write_energy(one[side], '+')}" for side in ("roofs", "facades") if one[side]]
+        draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
     buildings = sort_buildings(tables["buildings"], seeing)
     pages = max(1, -(-len(buildings) // PAGE))
     page = min(seeing.page, pages)

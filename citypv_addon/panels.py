@@ -75,7 +75,7 @@ class MainPanel(_Panel, bpy.types.Panel):
 
 
 class _Step(_Panel):
-    bl_parent_id = "CITYPV_PT_main"
+    bl_parent_id, bl_options = "CITYPV_PT_main", {"DEFAULT_CLOSED"}
 
     def draw_header_preset(self, context):
         """Show whether the step is done, stale or next."""
@@ -212,7 +212,7 @@ class ResultsPanel(_Result, bpy.types.Panel):
 class ColourPanel(_Step, bpy.types.Panel):
     """Colour."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_colour", "5  Colour", 8
+    bl_idname, bl_label, bl_order, bl_options = "CITYPV_PT_colour", "5  Colour", 8, set()
 
     def draw(self, context):
         """Show the settings of the step."""
@@ -232,7 +232,7 @@ class ColourPanel(_Step, bpy.types.Panel):
 class TimelinePanel(_Result, bpy.types.Panel):
     """Timeline."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 3
+    bl_idname, bl_label, bl_order, bl_options = "CITYPV_PT_timeline", "Timeline", 3, {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         """Show the button, and the moment of the frame."""

@@ -8,6 +8,7 @@ from .attributes import PREFIX
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
 BUILDINGS = PREFIX + "taken_buildings"  # name of the building that each is; "" if it shows no faces of its own
+TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where one was chosen
 WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 STAND_IN = PREFIX + "stand_in"
@@ -16,7 +17,17 @@ METRES = PREFIX + "metres"  # of one unit of Blender's scene
 IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same
 AGAINST = PREFIX + "against"  # of a city: the variant that it is compared with
 BESIDE, ADDED = PREFIX + "beside", PREFIX + "added"  # objects beside it, and what came since, in words
-OF_CITY = (AGAINST, TAKEN, BUILDINGS, WEARERS, SEEN, METRES, BESIDE, ADDED)  # what a city has that replaces another one
+OF_CITY = (
+    AGAINST,
+    TAKEN,
+    TAKEN_FROM,
+    BUILDINGS,
+    WEARERS,
+    SEEN,
+    METRES,
+    BESIDE,
+    ADDED,
+)  # what a city has that replaces another one
 
 
 def is_in_place(city):

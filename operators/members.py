@@ -22,6 +22,7 @@ from .in_place import (
     OBJECT,
     OWNER,
     TAKEN,
+    TAKEN_FROM,
     WEARERS,
     is_in_place,
     list_beside,
@@ -98,10 +99,11 @@ def list_seen(city):
 
 
 def adopt_objects(city):
-    """Let objects in the collection CityPV be part of a city of files."""
-    for scene in () if is_in_place(city) else city.users_scene:
-        group = scene.collection.children.get(COLLECTION)
-        for item in group.all_objects if group is not None else ():
+    """Let objects in the collection CityPV be part of a city of files; in that of a city of meshes, of this one."""
+    groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
+    taken = {item for _, item, _ in list_taken(city)}
+    for group in [city.get(TAKEN_FROM)] if is_in_place(city) else groups:
+        for item in set(group.all_objects) - taken if group is not None else ():
             if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
                 item[OWNER] = city[IDENTITY]
 

@@ -11,7 +11,7 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import METRES, SEEN, TAKEN, is_single, put_in_place, remember_beside
+from ..in_place import METRES, SEEN, TAKEN, TAKEN_FROM, is_single, put_in_place, remember_beside
 from ..members import begin_design, name_faces, remember_wearers, write_sources
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city
@@ -53,6 +53,8 @@ class TakeMeshes(Step, bpy.types.Operator):
         text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
         item, _ = find_city(context.scene)
         item[TAKEN], item[SEEN] = {}, True
+        if context.scene.citypv.collection is not None:
+            item[TAKEN_FROM] = context.scene.citypv.collection
         remember_wearers(item, taken)
         item[METRES] = context.scene.unit_settings.scale_length
         put_in_place(item, scene.site)

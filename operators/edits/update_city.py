@@ -1,21 +1,27 @@
 """Update: compute an edited city from what is known of it before the edit, and show who gains and who loses."""
 
+from queue import SimpleQueue
+
 import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError
+from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import ASKED, read_settings
 from ..light.trace_city import keep_light
-from ..members import describe_edit, has_edits
-from ..picture.show_result import find_before
-from ..result.compare_results import KeepBefore
+from ..members import REDESIGNED, describe_edit, has_edits
+from ..picture.build_legend import PREVIEW
+from ..picture.show_result import find_before, show_result
+from ..result.compare_results import KeepBefore, values_of_surfaces
 from ..result.compute_energy import WeighEnergy
-from ..run_step import OfCity, Step, leave_edit_mode
+from ..run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..session import Session, find_city, find_own_city, find_session, find_state
 from .read_seen import read_seen
 
 AGAIN = "classify and trace it again: edits start from what its rays met (an opened file, rounds and forward keep none)"
+BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
+HOURS = "full_load_hours"
 OF_BASE = ("import", "classify", "trace")  # steps whose settings are those of the city before
 
 
@@ -47,21 +53,31 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         seen, request = read_seen(context, city, session), read_settings(context.scene.citypv)
         UpdateCity.tried = state = seen.design, repr(request)
         before = find_session(find_before(context.scene, city)) or session
-        return session, seen, request, state, find_state(state), before.base
+        self._found, self._shown = SimpleQueue(), session
+        self._hours = None if session.energy is None else np.array(session.energy.full_load_hours)
+        return session, seen, request, state, find_state(state), before.base, self._found
 
     @staticmethod
     def work(task, progress):
         """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import trace_edit
+        from ...core.study import edit_light, stand_city
 
-        session, seen, request, state, known, before = task
+        session, seen, request, state, known, before, found = task
         if known is None:
             base = session.base
             imported, city = seen.make()
-            edited = trace_edit(base, city, progress)
-            scene, transfer = edited.leaf.prepared.scene, edited.transfer
+
+            scene = stand_city(city, base.request, like=base.leaf.prepared.scene)
+
+            def preview(*light):
+                if session.energy is not None and found.empty():
+                    draft = Session(city=city, imported=imported, scene=scene, base=base)
+                    found.put((draft, seen, estimate_hours(session, scene, light)))
+
+            edited = edit_light(base, scene, progress, preview=preview)
+            transfer = edited.transfer
             known = Session(city=city, imported=imported, scene=scene, base=edited, transfer=transfer, state=state)
             findings = list_findings(scene, transfer.covered_share)
             traced = (known, None, transfer, findings, (describe_albedo(scene, base.request), []))
@@ -69,21 +85,90 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         known.change = tell_errors(before, known, known.told[1][1], request)
         return session, seen, known
 
+    def modal(self, context, event):
+        """Wait until the user has finished a newer edit: it may need nothing of this one."""
+        ended = event.type == "TIMER" and not self._job.running
+        return {"PASS_THROUGH"} if ended and is_editing(context) else super().modal(context, event)
+
+    def refine(self, context):
+        """Show the hours estimated from the annual light."""
+        undone = find_session(find_city(context.scene)[0]) is not self._shown
+        if self._found.empty() or undone or is_editing(context):
+            return
+        draft, seen, hours = self._found.get()
+        city, ground = find_own_city(context.scene, self._shown)
+        self._keep_before(context, city, ground)
+        ids = self._shown.transfer.surfaces.surface_id
+        change = values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
+        show_kinds(context, self._shown, draft, [], seen)
+        self._shown = draft
+        city, ground = find_own_city(context.scene, draft)
+        earlier = dict(zip(ids, (change - self._hours).tolist(), strict=True))
+        names = draft.scene.surfaces.surface_id
+        change = hours + np.array([earlier.get(name, np.nan) for name in names])
+        city[REDESIGNED], city[PREVIEW] = True, "an estimate; exact numbers follow"
+        write_surface_values(city, ground, HOURS, hours)
+        write_surface_values(city, ground, CHANGE + HOURS, change)
+        show_result(context, city, ground, CHANGE + HOURS)
+        redraw_panels(context, views=True)
+
+    def _keep_before(self, context, city, ground):
+        if find_before(context.scene, city) is None and find_session(city).energy is not None:
+            KeepBefore.act(self, context, city, ground)
+
     def finish(self, context, result):
         """Keep the result before the first edit, and show the edited city with what it gains or loses."""
-        session, seen, known = result
-        city, ground = find_own_city(context.scene, session)
+        _, seen, known = result
+        city, ground = find_own_city(context.scene, self._shown)
+        self._keep_before(context, city, ground)
         asked = {ASKED + step: city[ASKED + step] for step in OF_BASE if ASKED + step in city}
-        if find_before(context.scene, city) is None and session.energy is not None:
-            KeepBefore.act(self, context, city, ground)
         told = traced, (_, *energy) = known.told
-        show_kinds(context, session, known, traced[3], seen)
+        show_kinds(context, self._shown, known, traced[3], seen)
         keep_light(context, *traced)
         known.told, UpdateCity.tried = told, None
         text = WeighEnergy.finish(self, context, (known, *energy))
+        find_city(context.scene)[0].pop(PREVIEW, None)
         for key, value in asked.items():  # the settings are those of the base
             find_city(context.scene)[0][key] = value
         return text
+
+
+def estimate_hours(session, scene, light):
+    """Full load hours of an edited city before its suns are solved, from light under the sky and all suns together.
+
+    Hours follow light closely: those of before, and the change of light by what light is worth in this city.
+
+    Parameters
+    ----------
+    session : Session
+        Before the edit, with its energy.
+    scene : core.city.scene.Scene
+        n surfaces of the edited city.
+    light : tuple of two (n,) float64
+        Of its surfaces, per DHI and per DNI, of `core.light.edit_light`.
+
+    Returns
+    -------
+    (n,) float64 [h]
+        NaN for surfaces that carry no modules.
+    """
+    leaf, hours = session.base.leaf, np.array(session.energy.full_load_hours)
+    annual, reflected = leaf.direct.annual, leaf.direct.annual.reflected
+    direct = annual.by_point.mean(axis=1) + (0.0 if reflected is None else reflected.mean(axis=1))
+    before = np.column_stack([next(iter(leaf.lights.values())).mean, leaf.context.patch_to_surface @ direct])
+    known = np.isfinite(hours)
+    worth = np.linalg.lstsq(before[known], hours[known], rcond=None)[0]
+    row = {name: place for place, name in enumerate(session.transfer.surfaces.surface_id)}
+    rows = np.array([row.get(name, -1) for name in scene.surfaces.surface_id])
+    rest = np.append(hours - before @ worth, 0.0)[rows]
+    guess = np.column_stack(light) @ worth + rest
+    return np.where((rows < 0) & ~scene.surfaces.eligible, np.nan, np.maximum(guess, 0.0))
+
+
+def is_editing(context):
+    """Whether the user is in the middle of an edit: moving something, or in edit mode."""
+    busy = any(own.bl_idname.startswith(BUSY) for own in context.window.modal_operators)
+    return busy or context.mode not in ("OBJECT", "POSE")
 
 
 def can_update(city):

@@ -27,10 +27,9 @@ from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
 from ..run_step import Step, redraw_panels
 from ..session import close_sessions, find_city, find_state, list_cities, part_sessions
-from .update_city import UpdateCity, can_update
+from .update_city import UpdateCity, can_update, is_editing
 
 TICK = 0.1  # [s]
-BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
 
 
 @persistent
@@ -74,11 +73,6 @@ def note_change(city, key, value):
         redraw_panels(bpy.context, views=True)
 
 
-def is_editing(window):
-    """Whether the user is in the middle of an edit."""
-    return any(own.bl_idname.startswith(BUSY) for own in window.modal_operators)
-
-
 def find_work():
     """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple), or None."""
     for window in bpy.context.window_manager.windows:
@@ -86,8 +80,9 @@ def find_work():
         city, _ = find_city(scene)
         if city is None or not is_seen(city) or not has_edits(city) or city.get(ADDED) or not can_update(city):
             continue
-        if is_editing(window) or any(item.mode == "EDIT" for item in (city, *list_members(city))):
-            continue
+        with bpy.context.temp_override(window=window):
+            if is_editing(bpy.context):
+                continue
         try:
             state = state_here(scene, city)
         except InputError:  # a file of the settings is missing: the step that needs it tells

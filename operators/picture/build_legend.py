@@ -8,12 +8,14 @@ import numpy as np
 from ..attributes import CHANGE, PREFIX, RESULTS, write_face_attribute
 from ..city.build_meshes import remove_objects
 from ..members import describe_edit
+from ..result.summarise import INTERRUPTED
 from .colour_faces import MATERIAL, build_plain_material
 
 INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
+PREVIEW = PREFIX + "preview"  # of an edit, as text
 MOMENT = PREFIX + "moment"  # of the timeline, as text
 NOTES = {"energy": PREFIX + "weather", "timeline": MOMENT}  # property of the city, by owner of the attribute
 
@@ -59,11 +61,13 @@ def build_legend(scene, camera, scale, note=""):
 
 
 def note_of(city, attribute):
-    """What is to be read beside an attribute's colours: whether they are of an earlier state, weather, moment, grey."""
+    """What is to be read beside an attribute's colours: earlier state, meaning of grey, suns kept, weather, moment."""
     owner = RESULTS[attribute].owner if attribute in RESULTS else ""
-    earlier = "before the last edit" if describe_edit(city)[0] else ""
+    earlier = city.get(PREVIEW) or ("before the last edit" if describe_edit(city)[0] else "")
     grey = "grey: new, or below two standard errors" if attribute == CHANGE + "full_load_hours" else ""
-    return "; ".join(filter(None, (earlier, city.get(NOTES[owner], "") if owner in NOTES else "", grey)))
+    of_result = city.get(NOTES[owner], "") if owner in NOTES else ""
+    kept = city.get(INTERRUPTED, "") if owner in ("transfer", "energy") else ""
+    return "; ".join(filter(None, (earlier, grey, kept, of_result)))
 
 
 class _Page:

@@ -63,9 +63,12 @@ def draw_legend():
     pixel = bpy.context.preferences.system.ui_scale
     # Above Blender's box with the last operator.
     left, bottom, width, height = 76 * pixel, 92 * pixel, 440 * pixel, 16 * pixel
-    draw_box((left - 26 * pixel, bottom - 46 * pixel, width + 52 * pixel, height + 80 * pixel), PAPER)
+    note = note_of(city, scale.attribute)
+    blf.size(0, 11 * pixel)
+    across = max(width, blf.dimensions(0, note)[0])
+    draw_box((left - 26 * pixel, bottom - 46 * pixel, across + 52 * pixel, height + 80 * pixel), PAPER)
     write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
-    write_text(note_of(city, scale.attribute), left, bottom - 37 * pixel, 11 * pixel)
+    write_text(note, left, bottom - 37 * pixel, 11 * pixel)
     for share, text in scale.labels():
         write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
     stops = [(*stop.tolist(), 1.0) for stop in scale.stops]

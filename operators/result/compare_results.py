@@ -137,9 +137,9 @@ def find_variants(stage, city):
     return [item for item in list_cities(stage) if item == city or (family and item.get(FAMILY) == family)]
 
 
-def values_of_surfaces(item, name, count):
-    """Values of an attribute by surface: (count,) float64, NaN for surfaces without faces."""
-    found, faces = np.full(count, np.nan), read_face_attribute(item.data, "surface")
+def values_of_surfaces(item, name, count, missing=np.nan):
+    """Values of an attribute by surface: (count,) float64, `missing` for surfaces without faces or without values."""
+    found, faces = np.full(count, missing), read_face_attribute(item.data, "surface")
     values = read_face_attribute(item.data, name)
     if values is not None:
         found[faces] = values

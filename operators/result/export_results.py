@@ -1,7 +1,9 @@
 """Export the results of a city: tables, a city model, a scene, a GeoPackage, or the report as a page."""
 
+import csv
 import tempfile
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 
 import bpy
@@ -10,8 +12,10 @@ from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
 from ..city.read_settings import read_settings
 from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
+from ..members import VARIANT
+from ..picture.show_result import find_before
 from ..run_step import Step
-from ..session import find_city
+from ..session import find_city, find_session
 
 FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
     "faces": ("faces.csv", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
@@ -20,9 +24,12 @@ FILES = {  # identifier: the file's name, as on the command line; name and descr
     "cityjson": ("city.city.json", "CityJSON", "The city as read with its results, as city.city.json"),
     "gltf": ("city.glb", "glTF", "The city in colours for any viewer, as city.glb"),
     "geopackage": ("city.gpkg", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
+    "changes": ("changes.csv", "Who gains and loses (CSV)", "A row for each building, before and after"),
+    "comparison": ("comparison.html", "Comparison", "Who gains and who loses on one page; opens in the browser"),
     "report": ("report.html", "Report", "Tables and pictures on one page, as report.html; opens in the browser"),
 }
 FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
+COMPARED = {"changes": "buildings.csv", "comparison": "report.html"}  # as `citypv compare` calls them
 SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 
 
@@ -62,18 +69,26 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         if self.format in SHAPES and (session.city is None or session.scene is None):
             problem = "needs the geometry, which is not in this file"
             raise InputError(FILES[self.format][0], problem, "import and trace again")
+        before = find_before(context.scene, city)
+        earlier = find_session(before)
+        if self.format in COMPARED and (session.scene is None or earlier is None or earlier.energy is None):
+            raise InputError(city.name, "it is compared with nothing", "edit it, or keep a result as before")
         path = Path(bpy.path.abspath(self.filepath)) if self.filepath else suggest_path(self.format)
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
-        return session, (find_kept(city), read_settings(context.scene.citypv)), self.format, path
+        names = [str(item.get(VARIANT, item.name)) for item in (before, city) if item is not None]
+        return session, (find_kept(city), read_settings(context.scene.citypv)), self.format, path, (earlier, names)
 
     @staticmethod
     def work(task, progress):
         """Write it."""
-        session, kept, name, path = task
+        session, kept, name, path, compared = task
         keep_energy(session, *kept, progress)
         try:
-            write_results(session, name, path, progress)
+            if name in COMPARED:
+                write_comparison(session, *compared, COMPARED[name], path)
+            else:
+                write_results(session, name, path, progress)
         except OSError as error:
             raise InputError(path, f"cannot be written ({error.strerror})", "choose another place") from error
         return name, path
@@ -81,7 +96,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def finish(self, context, result):
         """Say where; open the page."""
         name, path = result
-        if name == "report" and not bpy.app.background:
+        if name in ("report", "comparison") and not bpy.app.background:
             bpy.ops.wm.url_open(url=path.as_uri())
         return f"Written: {path}"
 
@@ -109,27 +124,68 @@ def write_results(session, name, path, progress=silent):
     ------
     InputError
     """
-    from ...core.city.grid_cells import outline_surfaces
     from ...core.commands.write_run import draw_city, write_exports
-    from ...core.results.write_tables import write_tables
 
-    scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request
-    there = session.city is not None and scene is not None
-    city = draw_city(session.city, scene, request) if there else None
+    scene, request = session.scene, session.request
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder, path.stem)
         work.mkdir()
         if name in SHAPES:
-            write_exports(work, (city, scene, transfer, energy, session.weather), request, [name], progress)
+            city = draw_city(session.city, scene, request)
+            found = city, scene, session.transfer, session.energy, session.weather
+            write_exports(work, found, request, [name], progress)
         else:
-            if there:
-                transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
-            write_tables(work, transfer, energy, session.weather, request, progress=progress)
+            write_state(work, session, progress)
         if name == "report":  # without pictures where matplotlib is missing
             from ...core.results.read_results import read_results
             from ...core.results.write_report import write_report
-            from ...core.results.write_summary import summarise, write_summary
 
-            write_summary(work / "summary.json", summarise(transfer, energy, session.weather, request, scene=scene))
             write_report(work, read_results(work))
         path.write_bytes((work / FILES[name][0]).read_bytes())
+
+
+def write_state(work, session, progress=silent, **beside):
+    """Write tables and summary of a session to a folder, with shapes where they are known; `beside`: to the summary."""
+    from ...core.city.grid_cells import outline_surfaces
+    from ...core.commands.write_run import draw_city
+    from ...core.results.write_summary import summarise, write_summary
+    from ...core.results.write_tables import write_tables
+
+    scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request
+    if session.city is not None and scene is not None:
+        outlines = outline_surfaces(draw_city(session.city, scene, request), scene.surfaces, scene.site)
+        transfer = replace(transfer, outlines=outlines)
+    write_tables(work, transfer, energy, session.weather, request, progress=progress)
+    summary = summarise(transfer, energy, session.weather, request, scene=scene)
+    write_summary(work / "summary.json", summary | beside)
+
+
+def write_comparison(session, earlier, names, file, path):
+    """Write a file of `citypv compare`, with the errors of the rays that both states share.
+
+    Parameters
+    ----------
+    session, earlier : Session
+        After and before.
+    names : list of two str
+        Of the states, before and after.
+    file : str
+        As `citypv compare` calls it.
+    path : Path
+    """
+    from ...core.commands.compare import compare
+    from ...core.results.compare_runs import CHANGE, CHANGE_ERROR, mark_of
+
+    with tempfile.TemporaryDirectory() as folder:
+        before, after = (Path(folder, f"{number}", name) for number, name in enumerate(names))
+        for work in (before, after):
+            work.mkdir(parents=True)
+        write_state(before, earlier)
+        shared = session.change is not None and session.change[0] is earlier.base
+        write_state(after, session, **({"variant": {"base_crc32": mark_of(before)}} if shared else {}))
+        if shared:
+            known = [(name, error) for name, error in session.change[1].items() if isfinite(error)]
+            with (after / CHANGE).open("w", encoding="utf-8", newline="") as table:
+                csv.writer(table).writerows([("surface_id", CHANGE_ERROR), *known])
+        compare(before, after, Path(folder, "compared"))
+        path.write_bytes(Path(folder, "compared", file).read_bytes())

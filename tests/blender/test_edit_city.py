@@ -5,14 +5,18 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
+import pandas as pd
 import pytest
 from steps import add_box, here, run, session_here
 
+from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.energy.energy import kwp_of_hours
 from citypv.core.energy.pv_system import build_system
+from citypv.core.light.edit_light import edit_light
 from citypv.core.light.editable_city import prepare_decided
 from citypv.core.study import compute_energy, stand_city, trace_scene
 from citypv.operators.attributes import read_corners, read_face_attribute
+from citypv.operators.edits.update_city import estimate_hours
 from citypv.operators.members import describe_edit, list_members
 from citypv.operators.picture.build_legend import note_of
 from citypv.operators.session import list_cities
@@ -113,7 +117,7 @@ def triangles_of(session, building):
     return np.isin(session.scene.triangle_surface, rows)
 
 
-def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city_file):
+def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city_file, tmp_path):
     """Of runs with other random numbers and more rays: within three standard errors of both."""
     run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
     add_tower()
@@ -136,6 +140,35 @@ def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city
     expected = energies[1] - energies[0]
     assert 0 < error < 0.1 * abs(found)
     assert found == pytest.approx(expected, abs=3 * np.hypot(error, np.sqrt(2 * (errors**2).sum())))
+    # The files say the same.
+    for name in ("changes", "comparison"):
+        assert bpy.ops.citypv.export(format=name, filepath=str(tmp_path / name)) == {"FINISHED"}
+    table = pd.read_csv(tmp_path / "changes").set_index("building_id")
+    shown = {row["name"]: row for row in json.loads(here()["citypv_compared"])["buildings"]}
+    assert set(shown) == set(table.index)
+    for building, row in shown.items():
+        assert table["mwh_change"][building] == pytest.approx(row["change"], abs=2e-3)
+        assert table["mwh_change_standard_error"][building] == pytest.approx(row["error"], abs=2e-3)
+    assert "Who loses, who gains" in (tmp_path / "comparison").read_text(encoding="utf-8")
+
+
+def test_the_estimate_before_the_exact_numbers_is_close(addon, city_file):
+    run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
+    session, seen = session_here(), []
+    before = hours_of(session)
+    scene = stand_city(
+        edit_city(session.city, Change(raised={"house0": 12.0})), session.base.request, like=session.scene
+    )
+
+    def preview(*light):
+        seen.append(estimate_hours(session, scene, light))
+
+    edited = edit_light(session.base, scene, preview=preview)
+    exact = compute_energy(edited.transfer, session.weather, session.request).full_load_hours
+    change = exact - [before[name] for name in scene.surfaces.surface_id]
+    known = np.isfinite(exact)
+    assert (np.isfinite(seen[0]) == known).all() and np.abs(change[known]).max() > 50
+    assert np.abs(seen[0] - exact)[known].max() < 0.2 * np.abs(change[known]).max()
 
 
 def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(traced):

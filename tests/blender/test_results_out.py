@@ -22,6 +22,7 @@ from citypv.operators.session import find_session
 
 
 def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
+    run("keep_before")  # what the city is compared with
     for name, _, _ in FORMATS:
         path = tmp_path / FILES[name][0]
         assert bpy.ops.citypv.export(format=name, filepath=str(path)) == {"FINISHED"}

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from window_edits import CITY as SEEN
+from window_edits import DONE, move_tower, read_sums, undo_move
 from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 
@@ -23,6 +25,17 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not ROOT, reason="CITYPV_BLENDER names no Blender root; tools/blender_window.py builds one"),
 ]
+
+
+# The panels of the steps are closed in a new window: these tests press their buttons.
+OPEN_PANELS = """
+panels = __import__("importlib").import_module("bl_ext.user_default.citypv.citypv_addon.panels").PANELS
+for panel in [*reversed(panels)]:
+    bpy.utils.unregister_class(panel)
+for panel in panels:
+    panel.bl_options = set()
+    bpy.utils.register_class(panel)
+"""
 
 
 def load_tool():
@@ -52,6 +65,7 @@ def window(city_file, tmp_path_factory):
             f"s = bpy.context.scene.citypv; s.city_path = '/{tool.EXCHANGE}/{NAME}'\n"
             "s.typical_days, s.samples, s.shadow_samples = 2, 64, 4"
         )
+        opened.ask(OPEN_PANELS)
         time.sleep(1)
         yield opened
         opened.take_picture(pictures / "end.png")
@@ -216,4 +230,31 @@ def test_the_probe_of_a_face(window):
     assert told["Kind"] == "roof south" and told["Tilt"] == "36.9°"
     keep_picture(window, "probe")
     window.point("key", "Escape")
+    assert "Traceback" not in window.read_log()
+
+
+def test_a_tower_is_moved_ten_times_with_live_on(window):
+    """Three clicks from the city to the building that loses most; its neighbours lose what two full runs say."""
+    name = f"/{load_tool().EXCHANGE}/{NAME}"
+    window.ask(
+        f"s = bpy.context.scene.citypv; s.city_path, s.suns, s.days = {name!r}, 'days', 4\n"
+        "s.samples, s.shadow_samples = 256, 16"
+    )
+    press(window, "citypv.solar_city")  # the first click; two more choose a file where none is given
+    window.wait_for(f"{RUNNING} is not None", 20)
+    window.wait_for(f"{RUNNING} is None", 600)
+    found = move_tower(window, 10)  # the second one is "Add to the city"
+    assert len(found) == 11 and all(row["change"] < -5 * row["error"] < 0 for row in found)
+    assert len({row["change"] for row in found}) == 11
+    losers = sorted(read_sums(window, "buildings").values(), key=lambda row: row["change"])
+    press(window, f'citypv.show_building(building="{losers[0]["name"]}")')
+    window.wait_for(f"{SEEN}.get('citypv_highlight')")
+    keep_picture(window, "loser")
+    undo_move(window, found[-2])
+    live = read_sums(window)["existing"]
+    window.ask("for step in ('classify', 'trace', 'energy'): getattr(bpy.ops.citypv, step)()", 300)
+    full = read_sums(window)["existing"]
+    assert full["change"] == pytest.approx(live["change"], abs=2 * live["error"])
+    assert 0 < live["error"] < full["error"]  # of independent runs
+    assert window.ask(f"answer = bool({DONE})")
     assert "Traceback" not in window.read_log()

@@ -33,9 +33,9 @@ def move_by_hand(window, metres):
     window.point("key", "Return")
 
 
-def read_sums(window):
-    """Rows of the table of sums by name."""
-    return {row["name"]: row for row in json.loads(window.ask(SUMS))["sums"]}
+def read_sums(window, table="sums"):
+    """Rows of the table of sums, or of buildings, by name."""
+    return {row["name"]: row for row in json.loads(window.ask(SUMS))[table]}
 
 
 def move_tower(window, times):
@@ -59,3 +59,23 @@ def move_tower(window, times):
     keep_picture(window, "tower-moved")
     assert "Traceback" not in window.read_log()
     return found
+
+
+def undo_move(window, row):
+    """Undo the last move: the results of the place before are there again, without tracing."""
+    window.ask(
+        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.study')\n"
+        "space = bpy.app.driver_namespace; space['trace_edit'] = trace.trace_edit; trace.trace_edit = None"
+    )
+    place = window.ask("answer = bpy.data.objects['tower'].location.x")
+    for _ in range(3):  # clicks in the sidebar are steps of undo as well
+        window.point("mousemove", *IN_VIEW, "key", "ctrl+z", "sleep", 0.5)
+        if window.ask("answer = bpy.data.objects['tower'].location.x") != place:
+            break
+    window.wait_for(DONE, 60)
+    assert window.ask("answer = bpy.data.objects['tower'].location.x") == place + 3
+    assert read_sums(window)["existing"] == row
+    window.ask(
+        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.study').trace_edit = "
+        "bpy.app.driver_namespace['trace_edit']"
+    )
