@@ -62,12 +62,15 @@ def distinct_normals(normal):
     which : (p,) int
         Row of each.
     """
-    steps = np.rint(normal.astype(float) * NORMAL_STEPS).astype(np.int64) + HALF_RANGE
-    # One number for each is sorted much faster than rows are.
-    packed = (steps[:, 0] << 2 * NORMAL_BITS) | (steps[:, 1] << NORMAL_BITS) | steps[:, 2]
-    found, which = np.unique(packed, return_inverse=True)
+    found, which = np.unique(number_normals(normal), return_inverse=True)
     parts = [(found >> shift & (2 * HALF_RANGE - 1)) - HALF_RANGE for shift in (2 * NORMAL_BITS, NORMAL_BITS, 0)]
     return np.stack(parts, axis=1) / NORMAL_STEPS, which.ravel()
+
+
+def number_normals(normal):
+    """One number for each normal, which is sorted much faster than rows are: (p,) int64."""
+    steps = np.rint(normal.astype(float) * NORMAL_STEPS).astype(np.int64) + HALF_RANGE
+    return (steps[:, 0] << 2 * NORMAL_BITS) | (steps[:, 1] << NORMAL_BITS) | steps[:, 2]
 
 
 def opposite_reach(normals, which, own):
@@ -87,9 +90,9 @@ def opposite_reach(normals, which, own):
     """
     nearest = np.full(len(normals), np.inf)
     np.minimum.at(nearest, which, own)
-    place = {tuple(normal): index for index, normal in enumerate(normals)}
-    opposite = [place.get(tuple(-normal + 0.0), -1) for normal in normals]
-    return np.where(np.array(opposite) >= 0, -nearest[opposite], -np.inf)
+    numbers, wanted = number_normals(normals), number_normals(-normals)
+    opposite = np.minimum(np.searchsorted(numbers, wanted), max(len(numbers) - 1, 0))
+    return np.where(numbers[opposite] == wanted, -nearest[opposite], -np.inf)
 
 
 def sky_view_of_tilt(normal, horizon=None):

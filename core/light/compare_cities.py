@@ -10,6 +10,7 @@ from ..rays.random_numbers import mix, name_rows
 
 WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
 LEAST = 1e-12  # part of a direction along an axis that is told from none
+ABOVE = 1e-6  # sine of an angle, more than rounding
 FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
 
 
@@ -105,14 +106,18 @@ def pass_boxes(patches, directions, boxes, found):
     found[:] = False
     if not len(boxes):
         return
-    along = np.ascontiguousarray(directions.T)
-    inverse = 1 / np.where(np.abs(along) > LEAST, along, LEAST)
+    order = np.argsort(directions[:, 2])
+    along = np.ascontiguousarray(directions[order].T)
+    inverse, facing = 1 / np.where(np.abs(along) > LEAST, along, LEAST), np.empty(len(order), np.bool_)
     for patch in range(len(middle)):
         low, high = boxes[0, 0] - radius[patch] - middle[patch], boxes[0, 1] + radius[patch] - middle[patch]
         x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
-        some, facing = False, found[patch]
-        # The box around all first, of several suns at a time, and so without branches.
-        for sun in range(len(facing)):
+        # Suns above the box around all stand behind none.
+        aside = np.hypot(max(low[0], -high[0], 0.0), max(low[1], -high[1], 0.0))
+        highest = max(high[2], 0.0) / np.hypot(high[2], aside) if aside > 0 else 1.0
+        below, some = np.searchsorted(along[2], highest + ABOVE), False
+        # That box first, of several suns at a time, and so without branches.
+        for sun in range(below):
             a, b = low[0] * inverse[0, sun], high[0] * inverse[0, sun]
             c, d = low[1] * inverse[1, sun], high[1] * inverse[1, sun]
             e, f = low[2] * inverse[2, sun], high[2] * inverse[2, sun]
@@ -121,12 +126,22 @@ def pass_boxes(patches, directions, boxes, found):
             facing[sun] = (near <= far) & (cosine >= FROM_BEHIND)
             some |= facing[sun]
         if some:
-            for sun in np.flatnonzero(facing):
-                facing[sun] = False
+            for place in np.flatnonzero(facing[:below]):
+                sun = order[place]
                 for box in range(1, len(boxes)):
                     if passes(middle[patch], directions[sun], boxes[box], radius[patch]):
-                        facing[sun] = True
+                        found[patch, sun] = True
                         break
+
+
+@njit(nogil=True, cache=True)
+def rays_through(rays, box, margin):
+    """Which rays, a tuple of origins and unit directions, (m, 3) float32 each, meet a box: (m,) bool."""
+    origins, directions = rays
+    found = np.empty(len(origins), np.bool_)
+    for ray in range(len(origins)):
+        found[ray] = passes(origins[ray], directions[ray], box, margin)
+    return found
 
 
 @njit(nogil=True, cache=True, inline="always")

@@ -15,15 +15,14 @@ from functools import cached_property
 import numpy as np
 
 from ..city.canopy import forget_rays
-from ..patches.patches import Patches
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
-from ..rays.trail import AROUND, begin_trail, boxes_of, boxes_of_patches
+from ..rays.trail import AROUND, ROUNDING, begin_trail, boxes_of, boxes_of_patches
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from ..settings.threads import map_in_order
-from .compare_cities import corners_of, mark_altered, match_patches, name_trees, pass_boxes
+from ..settings.threads import map_in_order, work_in_slices
+from .compare_cities import corners_of, mark_altered, match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, check_editable, prepare_decided
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
@@ -106,7 +105,10 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
     prepared = build_tree(prepare_edit(base, scene, request, progress), request)
-    known = [Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare or base.leaf)]
+    leaf, *bare = (
+        Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare) if one is not None
+    )
+    known = leaf, *(bare or [leaf])
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
 
 
@@ -220,31 +222,46 @@ class Known:
         turns = [np.ones(len(one.traced), int) if one.turns is None else one.turns for one in (old, watch)]
         kept = (rows >= 0) & watch.traced & old.traced[rows] & (turns[0][rows] == turns[1])
         kept &= (watch.covered == old.covered[rows]).all(axis=1)
-        bits = np.where(kept[:, None, None], self.before.task.bits[rows], np.uint16(0))
-        return KnownShadows(bits, kept, watch.patches, self.boxes)
+        return KnownShadows(
+            self.before.task.bits, np.where(kept, rows, -1), balls_of(watch.patches), self.boxes, watch.threads
+        )
 
 
 @dataclass
 class KnownShadows:
     """Which points of patches saw which suns before an edit."""
 
-    bits: np.ndarray  # (p, words, s) uint16, of `Shadows`
-    kept: np.ndarray  # (p,) bool, patches for which they hold where nothing has changed
-    patches: Patches
+    bits: np.ndarray  # (o, words, s) uint16, of `Shadows`
+    place: np.ndarray  # (p,) int, the patch before whose bits hold where nothing has changed; -1: none
+    balls: tuple  # of `balls_of` the p patches
     boxes: np.ndarray  # (k, 2, 3) float64 [m], around all that has changed
+    threads: int
 
     def of_suns(self, columns, directions):
-        """Bits of some suns, (s,) int, with directions, (s, 3); and which of these to look at again: (p, s) bool."""
-        asked = np.ones((len(self.kept), len(columns)), bool)
-        rows = np.flatnonzero(self.kept)
-        corner, edges = self.patches.corner[rows].astype(float), self.patches.edges[rows].astype(float)
-        middle = corner + edges.sum(axis=1) / 3
-        corners = np.stack([corner, corner + edges[:, 0], corner + edges[:, 1]], axis=1)
-        radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + self.patches.offset[rows] + NEARLY
-        few = np.empty((len(rows), len(columns)), bool)
-        pass_boxes((middle, radius, self.patches.normal[rows].astype(float)), directions.astype(float), self.boxes, few)
-        asked[rows] = few
-        return np.ascontiguousarray(self.bits[:, :, columns]), asked
+        """Bits of some suns, ascending (s,) int, with directions, (s, 3); and which to look at again: (p, s) bool."""
+        first, end = (columns[0], columns[-1] + 1) if len(columns) else (0, 0)
+        block, directions = self.bits[:, :, first:end], directions.astype(float)
+        bits = np.zeros((len(self.place), self.bits.shape[1], len(columns)), np.uint16)
+        asked = np.ones((len(self.place), len(columns)), bool)
+
+        def look(rows):
+            kept = np.flatnonzero(self.place[rows] >= 0)
+            few = np.empty((len(kept), len(columns)), bool)
+            pass_boxes(tuple(part[rows][kept] for part in self.balls), directions, self.boxes, few)
+            bits[rows][kept] = block[self.place[rows][kept]][:, :, columns - first]
+            asked[rows][kept] = few
+
+        work_in_slices(look, len(self.place), self.threads)
+        return bits, asked
+
+
+def balls_of(patches):
+    """A ball around each patch, rays' origins included, and its normal: (p, 3), (p,) and (p, 3) float64 [m]."""
+    corner, edges = patches.corner.astype(float), patches.edges.astype(float)
+    middle = corner + edges.sum(axis=1) / 3
+    corners = np.stack([corner, corner + edges[:, 0], corner + edges[:, 1]], axis=1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patches.offset + NEARLY
+    return middle, radius, patches.normal.astype(float)
 
 
 def find_same(known):
@@ -262,6 +279,7 @@ def find_same(known):
     context, traced, patches = before.context, before.traced, prepared.patches
     same = (place >= 0) & (traced.samples[place] > 0)
     covered = traced.covered[place]
+    in_earth = covered.any(axis=1)
     rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(known.boxes) else np.zeros(0, int)
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
@@ -270,20 +288,20 @@ def find_same(known):
         """Which patches of a task have a ray that ends elsewhere now."""
         chosen, count = task
         other, sequence = np.zeros(len(chosen), bool), sobol_digits(count // HEMISPHERE_REPLICATES)
-        within = np.flatnonzero(covered[chosen].any(axis=1))
-        facing = np.flatnonzero(rises_in_front(patches, chosen, *known.boxes[0]))
-        facing = np.union1d(facing, within)
+        facing = np.flatnonzero(rises_in_front(patches, chosen, *known.boxes[0]) | in_earth[chosen])
         for rows, rays in rays_of_patches(context, patches, chosen[facing], sequence):
             origins, directions = (np.ascontiguousarray(part.reshape(-1, 3)) for part in rays)
             owner = np.repeat(facing[rows], rays[0].shape[1])
+            # Along the ground line rays are tested for starting below ground.
+            low = np.flatnonzero(in_earth[chosen[owner]])
+            up = np.tile(np.float32([0, 0, 1]), (len(low), 1))
+            other[owner[low][scenes[0].trace_closest(origins[low], up) >= 0]] = True
+            near = rays_through((origins, directions), known.boxes[0], ROUNDING)
+            origins, directions, owner = origins[near], directions[near], owner[near]
+            other[owner[scenes[1].trace_closest(origins, directions) >= 0]] = True
             met = scenes[0].trace_closest(origins, directions) >= 0
             ends = [one.trace_places(origins[met], directions[met]).triangle for one in (context.ray_scene, after)]
             other[owner[met][number[ends[0]] != ends[1]]] = True
-            other[owner[scenes[1].trace_closest(origins, directions) >= 0]] = True
-            # Along the ground line rays are tested for starting below ground.
-            low_ones = np.isin(owner, within)
-            up = np.tile(np.float32([0, 0, 1]), (int(low_ones.sum()), 1))
-            other[owner[low_ones][scenes[0].trace_closest(origins[low_ones], up) >= 0]] = True
         return chosen[other]
 
     tasks = []

@@ -49,6 +49,7 @@ class Shadows:
     turns: np.ndarray  # (p,) int, number of points that each one stands for which looks at a sun
     weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
     ray_count: int
+    light: np.ndarray | None = None  # of `light_of_points`, once it is known
 
     @property
     def visible_share(self):
@@ -62,8 +63,10 @@ class Shadows:
 
         `normal` are those of the patches, (p, 3) float32; `suns` is the SunBlock.
         """
+        if self.light is not None:
+            return self.light
         points = self.points.open_points.shape[1]
-        light = np.zeros((len(normal), points), np.float32)
+        self.light = light = np.zeros((len(normal), points), np.float32)
 
         def add(rows):
             aoi_projection = projection_in_front(normal[rows], suns[0])

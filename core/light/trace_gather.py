@@ -176,6 +176,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
+    task.known = None
     found = TracedCity(prepared, context, traced, task, lights, direct, transfer, room)
     if prepared.round is None or transfer.record.interrupted:
         return found
