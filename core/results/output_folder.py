@@ -132,10 +132,10 @@ def move_results(work, folder):
         return
     (folder / NAMES[-1]).unlink(missing_ok=True)
     for name in NAMES:
-        if (folder / name).is_dir():
-            shutil.rmtree(folder / name)
         if (work / name).exists():
+            if (folder / name).is_dir():
+                shutil.rmtree(folder / name)
             (work / name).replace(folder / name)
-        else:
+        elif not (folder / name).is_dir():
             (folder / name).unlink(missing_ok=True)
     work.rmdir()

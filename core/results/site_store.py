@@ -34,7 +34,9 @@ class Store:
         self.base.close()
 
     def add_piece(self, piece, number, folder):
-        """Keep the surfaces of a piece of the folder of some number, each with its building.
+        """Keep the surfaces of a piece of the folder of some number, each with its building; return what was kept.
+
+        Buildings without shapes are left out; surfaces without, such as racks, stay with their building.
 
         Raises
         ------
@@ -43,21 +45,25 @@ class Store:
         """
         names, building = np.unique(piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True)
         owner = building[np.repeat(np.arange(len(building)), piece.corner_count)]
-        count = np.maximum(np.bincount(owner, minlength=len(names)), 1)[:, None]
-        sums = [np.bincount(owner, piece.corners[:, axis], len(names)) for axis in (0, 1)]
-        squares = np.floor(np.stack(sums, axis=1) / count / SIDE).astype(int).tolist()
+        count = np.bincount(owner, minlength=len(names))
+        sums = np.stack([np.bincount(owner, piece.corners[:, axis], len(names)) for axis in (0, 1)], axis=1)
+        squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
-        self.base.executemany(add, [(name, number, x, y) for name, (x, y) in zip(names, squares, strict=True)])
+        found = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
+        self.base.executemany(add, found)
         find = "SELECT number - 1, x, y, folder FROM building WHERE name = ?"
-        known = np.array([self.base.execute(find, (name,)).fetchone() for name in names])
-        if (known[:, 3] != number).any():
-            name = names[known[:, 3] != number][0]
-            raise InputError(folder, f"building {name} is in another of the folders too", "leave one of them out")
-        piece.faces["building"] = known[building, 0]
+        known = np.array([self.base.execute(find, (name,)).fetchone() or (0, 0, 0, -1) for name in names])
+        if (other := (known[:, 3] >= 0) & (known[:, 3] != number)).any():
+            raise InputError(folder, f"building {names[other][0]} is in another folder too", "leave one of them out")
+        shaped = known[building, 3] >= 0
+        piece, building = piece.take(shaped), building[shaped]
+        piece.faces = piece.faces.assign(building=known[building, 0])
         square, place = np.unique(known[building, 1:3], axis=0, return_inverse=True)
         for k, (x, y) in enumerate(square.tolist()):
             data = zlib.compress(pickle.dumps(piece.take(place.ravel() == k)), 1)
             self.base.execute("INSERT INTO piece VALUES (?, ?, ?)", (x, y, data))
+        piece.faces = piece.faces.reset_index(drop=True)
+        return piece
 
     def squares(self):
         """Lowest square of all, and how far each is from it: (x, y), list of (x, y)."""

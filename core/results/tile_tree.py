@@ -22,6 +22,7 @@ PIXELS = 64  # along each side of a mosaic
 WALLS = 10.0  # [m] by which roofs without walls are off
 APART = 3  # levels between files of the tree
 ROOFS = ("roof", "flat", "steep", "rack")
+OVERLAP = 3.0  # [m]
 NODES = 9  # of the ground's heights along each side of a tile
 FEW_DIGITS = np.uint32(0xFFFFF000)  # of numbers from afar, so that gzip finds more
 AFAR = ("reason", "kwp", "hours", "error", "sky")  # columns from afar, beside the months
@@ -58,21 +59,23 @@ def write_square(folder, place, piece, columns, look):
     Node
     """
     low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
-    owner = np.repeat(np.arange(len(piece.faces)), piece.corner_count)
+    count = len(piece.faces)
+    owner = np.repeat(np.arange(count), piece.corner_count)
     shapes = Shapes(piece.corners, owner, piece.spots())
     feet = find_feet(piece.corners, columns["building"][owner])
     ground = lay_ground(low, SIDE, feet)
     middle = np.array([*(low + SIDE / 2), feet[:, 2].min()])
     box = bound(piece.corners, ground.corners)
 
-    def compose(rows, names, with_ground):
-        own, kept = take_features(shapes, rows)
-        values = {key: take(columns[key], kept) for key in names}
-        return compose_tile(own, values, ground if with_ground else None, middle, **look)
+    def compose(rows, columns, with_ground):
+        values = {key: take(column, rows) for key, column in columns.items()}
+        return compose_tile(take_features(shapes, rows, count), values, ground if with_ground else None, middle, **look)
 
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
     while waiting:
         rows = waiting.pop()
+        if not piece.corner_count[rows].any():
+            continue  # racks alone, whose numbers are in the sums of their building
         data = compose(rows, columns, not tiles)
         if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
             waiting += reversed(np.split(rows, [cut_between(columns["building"][rows])]))
@@ -85,9 +88,10 @@ def write_square(folder, place, piece, columns, look):
     if len(roofs):
         largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:MOST_ROOFS]])
         names = [*AFAR, "tilt", "azimuth", *(key for key in columns if key.startswith("month_"))]
-        (folder / f"{name}_roofs.glb").write_bytes(compose(largest, names, True))
+        afar = {key: round_off(columns[key]) for key in names}
+        (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
-    return Node(tile, box, *sum_pixels(low, take_features(shapes, roofs)[0], roofs, columns, feet))
+    return Node(tile, box, *sum_pixels(low, take_features(shapes, roofs, count), roofs, columns, feet))
 
 
 def cut_between(building):
@@ -97,17 +101,14 @@ def cut_between(building):
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
 
 
-def take_features(shapes, rows):
-    """The shapes of some features, numbered anew in the order of `rows`, and those features: those with triangles."""
-    number = np.full(shapes.feature.max() + 1, -1)
-    has = np.isin(rows, shapes.feature[shapes.triangles[:, 0]])
-    kept = rows[has]
-    number[kept] = np.arange(len(kept))
+def take_features(shapes, rows, count):
+    """The shapes of some of `count` features, numbered anew in the order of `rows`."""
+    number = np.full(count, -1)
+    number[rows] = np.arange(len(rows))
     feature = number[shapes.feature]
-    corner = np.full(len(feature), -1)
-    corner[feature >= 0] = np.arange(np.count_nonzero(feature >= 0))
+    corner = np.cumsum(feature >= 0) - 1
     triangles = shapes.triangles[feature[shapes.triangles[:, 0]] >= 0]
-    return Shapes(shapes.corners[feature >= 0], feature[feature >= 0], corner[triangles]), kept
+    return Shapes(shapes.corners[feature >= 0], feature[feature >= 0], corner[triangles])
 
 
 def take(values, rows):
@@ -124,8 +125,8 @@ def find_feet(corners, building):
 
 
 def lay_ground(low, side, feet):
-    """A square of ground through feet: Shapes of one feature."""
-    steps = np.linspace(0, side, NODES)
+    """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes of one feature."""
+    steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
     nodes = np.stack(np.meshgrid(low[0] + steps, low[1] + steps), axis=-1).reshape(-1, 2)
     k = np.arange(NODES**2).reshape(NODES, NODES)
     a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
@@ -236,14 +237,16 @@ def compose_mosaic(low, side, pixel, sums, look):
         # Nothing of it counts: the last of the reasons.
         reason = np.where(sums[:, 3] > 0, 0, len(look["enums"]["reason"]) - 1).astype(np.uint8)
         columns = {"reason": reason, "kwp": energy / means[0], **dict(zip(named, means, strict=True))}
-    columns = {name: round_off(values) if name != "reason" else values for name, values in columns.items()}
+    columns = {name: round_off(values) for name, values in columns.items()}
     shapes = Shapes(corners.reshape(-1, 3), np.repeat(np.arange(len(pixel)), 4), triangles)
     ground = lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))
     return compose_tile(shapes, columns, ground, np.array([*(low + side / 2), heights[:, 1].min()]), **look)
 
 
 def round_off(values):
-    """float32 of fewer digits."""
+    """float32 of fewer digits; whole numbers as they are."""
+    if values.dtype.kind != "f":
+        return values
     return (np.ascontiguousarray(values, np.float32).view(np.uint32) & FEW_DIGITS).view(np.float32)
 
 

@@ -76,8 +76,13 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     for folder in folders:
         if not (folder / "summary.json").is_file():
             raise InputError(folder / "summary.json", "there is no such file", CURE)
-        if Path(out).absolute() == folder.absolute():
-            raise InputError(out, "holds the results that the map is made of", "choose another --out")
+    if (
+        overwrite
+        and Path(out).is_dir()
+        and any(Path(out).iterdir())
+        and not (Path(out) / "page" / "map.json").is_file()
+    ):
+        raise InputError(out, "holds something else than a map", "choose another --out")
     summary = join_summaries(folders)
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
@@ -144,13 +149,15 @@ def sort_surfaces(store, folders, frame, summary):
     """Keep all surfaces by their squares: their number, and what the page must know to show them."""
     sample, kinds, sides, count = Sample(), set(), set(), 0
     for number, folder in enumerate(folders):
-        for piece in read_pieces(folder, frame):
-            store.add_piece(piece, number, folder)
+        for found in read_pieces(folder, frame):
+            piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
             count += len(piece.faces)
             mounted, values = measure_piece(piece, summary)
             names = list(values)
             sample.add(np.column_stack([*values.values()])[mounted.index])
+    if not count:
+        raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
     sampled = dict(zip(names, sample.values().T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
     return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
@@ -290,7 +297,7 @@ def compose_basis(summary, attribution):
                     f"year. {describe_windows(summary)} Building law, statics and cost are not considered."
                 ),
                 paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
-                paragraph(f"Results of {date:%-d %B %Y}."),
+                paragraph(f"Results of {date:%Y-%m-%d}."),
                 table((), describe_assumptions(summary)),
             ),
             section(

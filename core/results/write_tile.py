@@ -15,7 +15,7 @@ from .colour_map import GROUND, MAPS, MISSING, linear_light, mix_stops, srgb_col
 MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
 COLOUR_MAP = "viridis"
 LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
-FLOAT, UINT8, UINT32, ARRAY, ELEMENTS = 5126, 5121, 5125, 34962, 34963
+FLOAT, UINT8, UINT16, UINT32, ARRAY, ELEMENTS = 5126, 5121, 5123, 5125, 34962, 34963
 WORDS = {
     "hours": "full load hours per year of the area that counts [h]",
     "error": "standard error of the full load hours [h]",
@@ -127,7 +127,8 @@ def place_corners(buffer, corners, middle):
 
 def index(buffer, shapes):
     """Accessor of the triangles."""
-    return buffer.access(shapes.triangles.ravel().astype("<u4"), UINT32, "SCALAR", ELEMENTS)
+    kind, numbers = (UINT16, "<u2") if len(shapes.corners) < 65536 else (UINT32, "<u4")
+    return buffer.access(shapes.triangles.ravel().astype(numbers), kind, "SCALAR", ELEMENTS)
 
 
 def plain_material(colour):

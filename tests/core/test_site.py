@@ -174,7 +174,7 @@ def test_what_does_not_belong_together_is_refused(folders, tmp_path, capfd):
     assert main(again) == 0
     cases = {
         ("--losses",): [folders[0], other],
-        ("House 10", "in another of the folders too"): [folders[0], folders[0]],
+        ("House 10", "in another folder too"): [folders[0], folders[0]],
         ("summary.json", "there is no such file"): [tmp_path / "none"],
     }
     for words, given in cases.items():
