@@ -156,12 +156,13 @@ def describe_object(city, item):
         if part.type == "MESH":
             digest.update(read_array(part.data.vertices, "co", 3).tobytes())
             digest.update(read_corners(part.data).tobytes())
+    graph = item.users_scene[0].view_layers[0].depsgraph if item.users_scene else None
+    if graph is not None and item.type == "MESH" and any(one.type == "NODES" for one in item.modifiers):
+        digest.update(read_array(item.evaluated_get(graph).data.vertices, "co", 3).tobytes())  # their inputs count
     for modifier in item.modifiers:
         plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
         kept = [name for name in plain if name not in ("show_expanded", "is_active")]
         told = [str(getattr(modifier, name)) for name in kept]
-        if modifier.type == "NODES":
-            told += [f"{key}={modifier[key]}" for key in sorted(modifier.keys())]
         digest.update(repr(told).encode())
     return digest.digest()
 

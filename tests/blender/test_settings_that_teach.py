@@ -17,7 +17,15 @@ from citypv.operators.city.read_settings import read_settings, state_of_step
 from citypv.operators.light.plan_trace import find_preset, read_plan, read_prices
 from citypv.operators.run_step import in_panel_words
 
-INNER = {"cancel", "copy_group", "drop_weather", "explain_effect", "switch_city"}  # need a row or a running step
+INNER = {
+    "cancel",
+    "compare_variant",
+    "copy_group",
+    "delete_variant",
+    "drop_weather",
+    "explain_effect",
+    "switch_city",
+}  # of a row
 
 
 @pytest.mark.parametrize("preset", ["draft", "standard", "reference"])
