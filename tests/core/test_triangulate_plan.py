@@ -7,7 +7,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, list_runs, merge_places
-from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
+from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge, lowest_around
 from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
 from citypv.core.settings.errors import InputError
 
@@ -156,6 +156,19 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
         hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
     assert 5 < hangs.sum() < 28
     np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
+
+
+def test_no_part_of_an_edge_near_a_point_is_lower_than_told():
+    """Edges shorter and longer than the cells that they are kept by; far from all of them nothing is lower."""
+    random = np.random.default_rng(4)
+    start = random.uniform(-30, 30, (6, 3))
+    end = start + random.uniform(-1, 1, (6, 3)) * [[1.0], [8.0], [20.0], [40.0], [40.0], [40.0]]
+    part = (start[:, None] + np.linspace(0, 1, 200)[:, None] * (end - start)[:, None]).reshape(-1, 3)
+    points, within = part[::5] + random.uniform(-1, 1, (240, 3)), 2.0
+    near = np.linalg.norm(points[:, None, :2] - part[:, :2], axis=2) <= within
+    lowest = np.where(near, part[:, 2], np.inf).min(axis=1)
+    assert (lowest_around(points, start, end, within) <= lowest).all() and np.isfinite(lowest).all()
+    assert lowest_around(points + 1e4, start, end, within).min() == np.inf
 
 
 # -- feet at one place in plan view, among them such that rounding puts on two sides of the border of two cells --
