@@ -44,17 +44,15 @@ def draw_change(city, generator):
 
 def count_apart(one, other):
     """Number of hits that only one of two traced cities has."""
-    keys = []
+    told = []
     for city in (one, other):
         rows = city.traced.form_factors.rows
         patch = np.concatenate([np.repeat(part.chosen, np.diff(part.start)) for part in rows]).astype(np.int64)
-        keys.append(np.sort(patch << 32 | np.concatenate([part.key for part in rows]).astype(np.int64)))
-    return max(len(part) for part in keys) - len(np.intersect1d(*(number_equal(part) for part in keys)))
-
-
-def number_equal(keys):
-    """Sorted keys, each with its number among equal ones, so that all differ."""
-    return np.stack([keys, np.arange(len(keys)) - np.searchsorted(keys, keys)], axis=1).copy().view("i8,i8").ravel()
+        keys = patch << 32 | np.concatenate([part.key for part in rows]).astype(np.int64)
+        told.append(np.unique(keys, return_counts=True))
+    (mine, times), (theirs, again) = told
+    _, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
+    return max(times.sum(), again.sum()) - np.minimum(times[here], again[there]).sum()
 
 
 class Listener:
