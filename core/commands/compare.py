@@ -94,7 +94,7 @@ def compose_page(found):
                 maps.append(
                     picture(embed_figure(draw_change(found.surfaces, found.later.outlines, show), "png"), show, caption)
                 )
-    city, data = compose_city(found.later, found.surfaces.iloc[: len(found.later.faces)])
+    city, data = compose_city(found.later, found.surfaces)
     kept = summary["sums"][EXISTING]
     lead = f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} {abs(kept['mwh_change']):,.1f} ± "
     lead += f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh before."

@@ -60,7 +60,7 @@ def pack_city(results, change=None):
     ----------
     results : Results
     change : pandas.DataFrame, optional
-        Rows of a `Comparison` for its surfaces, to be shown as a colour too.
+        Surfaces of a `Comparison` whose later state this is, to be shown as a colour and as sums of buildings too.
 
     Returns
     -------
@@ -69,8 +69,9 @@ def pack_city(results, change=None):
     faces, mounted = results.faces, select_mounted(results.faces)
     values = measure_faces(results, mounted)
     if change is not None:
-        values["change"] = change["full_load_hours_change"].to_numpy(float)
-        values["change_error"] = change["full_load_hours_change_standard_error"].to_numpy(float)
+        own = change.iloc[: len(faces)]  # behind them are those that are gone
+        values["change"] = own["full_load_hours_change"].to_numpy(float)
+        values["change_error"] = own["full_load_hours_change_standard_error"].to_numpy(float)
     buildings, building = np.unique(faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True)
     kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ORIENTATIONS)
     arrays = {
@@ -79,6 +80,10 @@ def pack_city(results, change=None):
         "side": faces["orientation"].map(sides.index).to_numpy(),
         "reason": explain_faces(faces, mounted),
     } | values
+    if change is not None:
+        sums = change.groupby("building_id")["mwh_change"].sum().reindex(buildings)
+        square = (change["mwh_change_standard_error"] ** 2).groupby(change["building_id"]).sum().reindex(buildings)
+        arrays |= {"building_change": sums.to_numpy(float), "building_change_error": np.sqrt(square.to_numpy(float))}
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
     packed = [pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {

@@ -117,10 +117,10 @@ class Sample:
 
     def add(self, values):
         """Take some rows of (n, k) values."""
-        self.rows.append(values[-self.seen % self.step :: self.step])
+        self.rows.append(values[-self.seen % self.step :: self.step].copy())  # else all would be kept
         self.seen += len(values)
         while sum(map(len, self.rows)) > MOST_SAMPLED:
-            self.rows, self.step = [np.concatenate(self.rows)[::2]], 2 * self.step
+            self.rows, self.step = [np.concatenate(self.rows)[::2].copy()], 2 * self.step
 
     def values(self):
         """What was taken, (m, k)."""

@@ -139,11 +139,17 @@ def test_what_does_not_count_says_why(reason, column, value):
 
 def test_a_change_has_zero_in_the_middle():
     results, rng = some_results(20), np.random.default_rng(2)
-    change = pd.DataFrame(
-        {"full_load_hours_change": rng.normal(0, 50, 120), "full_load_hours_change_standard_error": 1.0}
-    )
+    names = pd.concat([results.faces["building_id"], results.faces["building_id"].iloc[:1]])  # the last is gone
+    hours, energy = rng.normal(0, 50, (2, 121))
+    change = pd.DataFrame({"building_id": names.to_numpy(), "full_load_hours_change": hours, "mwh_change": energy})
+    change[["full_load_hours_change_standard_error", "mwh_change_standard_error"]] = 1.0
     change.loc[0, "full_load_hours_change"] = np.nan  # new
     city = unpack(pack_city(results, change))
+    change["place"] = [city["buildings"].index(name) for name in names]
+    sums = [change["mwh_change"][change["place"] == place].sum() for place in range(20)]
+    assert city["building_change"] == pytest.approx(sums, rel=1e-5)
+    assert city["building_change_error"][change["place"][0]] == pytest.approx(7**0.5)  # six of it, and the one gone
+    change = change.iloc[:120]
     layer = city["layers"][0]
     assert layer["name"] == "change" and layer["range"][0] == -layer["range"][1] < -100
     assert layer["stops"][8] == "#ebebeb"  # of the middle

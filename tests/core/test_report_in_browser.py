@@ -234,6 +234,8 @@ def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
     assert chromium.run(f"{counting}.every((k) => colourOf(k, currentLayer(), {stops}, [0, 0, 0])[0] === 0xeb)")
     chromium.run(f"chooseSurface({counting}[0])")
     assert shown(chromium)["Change of the hours"] == "0.0 ± 0.0 h" and chromium.complaints == []
+    assert "Change of its energy in a year: 0.00 ± 0.00 MWh" in chromium.run("byId('chosen').textContent")
+    assert "Change [MWh]" in chromium.run("byId('buildings').tHead.innerText")
 
 
 def test_a_lost_picture_comes_back(page, tmp_path):

@@ -38,6 +38,8 @@ function sumBuildings() {
     building,
     surfaces,
     shape: surfaces,
+    change: city.building_change?.[building],
+    changeError: city.building_change_error?.[building],
     ...sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 0)),
     flatKwp: sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 1)).kwp,
   }));
@@ -180,6 +182,7 @@ async function begin() {
   city = await unpack(byId("data").textContent);
   rows = sumBuildings();
   if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
+  if (city.building_change) COLUMNS.splice(4, 0, { name: "change", title: "Change [MWh]", digits: 2 });
   byId("search").addEventListener("input", () => {
     order.shown = PAGE_OF_ROWS;
     showTable();

@@ -369,7 +369,9 @@ function describeBuilding(row) {
   const head = make("thead", "", tableRow("th", ["", "m²", "kWp", "MWh/a", "h"]));
   const sums = parts.length ? make("table", "", head, body) : make("p", "None of its surfaces counts.");
   const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
-  return [make("h3", "Building"), name, sums, ...(row.surfaces ? [foldSurfaces(row.surfaces)] : [])];
+  const signed = `${row.change > 0 ? "+" : ""}${format(row.change, 2)} ± ${format(row.changeError, 2)}`;
+  const change = Number.isFinite(row.change) ? [make("p", `Change of its energy in a year: ${signed} MWh`)] : [];
+  return [make("h3", "Building"), name, sums, ...change, ...(row.surfaces ? [foldSurfaces(row.surfaces)] : [])];
 }
 
 function foldSurfaces(surfaces) {
