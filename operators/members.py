@@ -28,6 +28,7 @@ from .in_place import (
     list_beside,
     list_taken,
 )
+from .session import find_session
 
 # Properties of a city.
 LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
@@ -237,11 +238,15 @@ def describe_edit(city):
         return "", ""
     if city.get(ADDED):
         return city[ADDED], "add it to the city, or hide it"
+    cure = "press Update" if can_update(city) else "classify and trace the city again"
     if city.get(RESHAPED):
-        return "its mesh was edited", "press Update; without light that can be edited, Classify and trace again"
-    if city.get(REDESIGNED):
-        return "objects of it were edited", "press Update; without light that can be edited, Classify and trace again"
-    return "", ""
+        return "its mesh was edited", cure
+    return ("objects of it were edited", cure) if city.get(REDESIGNED) else ("", "")
+
+
+def can_update(city):
+    """Whether a city has light that can be edited, so that only the edit has to be traced."""
+    return getattr(find_session(city), "base", None) is not None
 
 
 def check_unedited(city):

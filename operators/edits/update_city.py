@@ -10,7 +10,7 @@ from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import ASKED, read_settings
 from ..light.trace_city import keep_light
-from ..members import REDESIGNED, describe_edit, has_edits
+from ..members import REDESIGNED, can_update, describe_edit, has_edits
 from ..picture.build_legend import PREVIEW
 from ..picture.show_result import find_before, show_result
 from ..result.compare_results import KeepBefore, values_of_surfaces
@@ -169,11 +169,6 @@ def is_editing(context):
     """Whether the user is in the middle of an edit: moving something, or in edit mode."""
     busy = any(own.bl_idname.startswith(BUSY) for own in context.window.modal_operators)
     return busy or context.mode not in ("OBJECT", "POSE")
-
-
-def can_update(city):
-    """Whether a city has light that can be edited."""
-    return getattr(find_session(city), "base", None) is not None
 
 
 def update_in_script(context):

@@ -16,6 +16,7 @@ from ..members import (
     REDESIGNED,
     RESHAPED,
     adopt_objects,
+    can_update,
     describe_added,
     describe_design,
     describe_mesh,
@@ -27,7 +28,7 @@ from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
 from ..run_step import Step, redraw_panels
 from ..session import close_sessions, find_city, find_state, list_cities, part_sessions
-from .update_city import UpdateCity, can_update, is_editing
+from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
 

@@ -182,7 +182,7 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
     city.data.vertices[0].co.z += 1
     city.data.update()
     assert told() == "its mesh was edited"
-    with pytest.raises(RuntimeError, match="its mesh was edited; press Update"):
+    with pytest.raises(RuntimeError, match="its mesh was edited; classify and trace"):
         bpy.ops.citypv.trace()
 
 
