@@ -1,11 +1,10 @@
 """Whether a target of accuracy can be reached, told before the run from a pilot.
 
-    a run of the whole city with few rays ─► error that the patch size leaves ───────────┐
+    a small run of squares of the city     ─► error that the patch size leaves ───────────┐
                                                                                          ├─► more than the target?
     some patches of the city, the suns    and every hour's ─► error by the choice of suns ─┘
 
-Both stay, whatever the number of rays. A target is said to be out of reach only where what stays, less its own standard
-error, exceeds it.
+Both stay, whatever the number of rays. A target is said to be out of reach only where what stays exceeds it clearly.
 """
 
 from dataclasses import replace

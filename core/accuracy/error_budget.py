@@ -1,12 +1,11 @@
 """The error budget of a run: what each source of error does to full load hours, of groups and of single surfaces."""
 
 import numpy as np
-import pvlib
 
 from ..city.classify import ORIENTATIONS, SECTOR
-from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
+from ..effects.perez import change_unshaded
+from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampling_share
 from ..settings.progress import describe_duration
-from ..sun.sky_models import split_sky
 from .refine import rounds_needed
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area, seconds_of_rounds, split_errors
 
@@ -38,23 +37,23 @@ def budget_groups(transfer, weather, energy, bounces):
     dict
         Kind and orientation -> source -> {"hours", "percent"}.
     """
-    sums = energy.full_load_hours, energy.poa_global_annual, energy.years
-    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=split_sky(weather, energy.sky))
+    errors = errors_of_energy(transfer, weather, energy)
+    own, passed_on = errors.own, errors.passed_on
     area = np.asarray(transfer.surfaces.area, float)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     far_ground = next(
         (one for one in (transfer.record.effects if transfer.record else ()) if one["key"] == "far-ground"), None
     )
-    found, sky_model = {}, shares_of_sky_model(weather, energy.groups)
+    found, sky_model = {}, shares_of_sky_model(weather, energy.groups, transfer.ground_albedo)
     for name in energy.groups:
         members = np.array([one == name for one in names]) & energy.eligible & np.isfinite(own)
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
-        hours = float(weight @ sums[0][members])
+        hours = float(weight @ energy.full_load_hours[members])
         share = {
             "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours if hours > 0 else None,
             "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
             "cut_reflections": None if bounces is None else bounces / 100,
-            "patch_size": weight @ discretisation[members] / hours if hours > 0 else None,
+            "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": None if far_ground is None else far_ground["bound"],
             "sky_model": sky_model[name],
         }
@@ -65,36 +64,13 @@ def budget_groups(transfer, weather, energy, bounces):
     return found
 
 
-def shares_of_sky_model(weather, names):
-    """Yearly irradiance of unshaded planes of some kinds and orientations by Perez et al. over isotropic, less 1.
-
-    Returns
-    -------
-    dict
-        Of `names`; None for orientations that stand for no plane.
-
-    References
-    ----------
-    R. Perez et al. (1990), doi:10.1016/0038-092X(90)90055-H, as in `pvlib.irradiance.perez`.
-    """
-    data = {name: column.to_numpy() for name, column in weather.data.items()}
-    light = {
-        "dni_extra": pvlib.irradiance.get_extra_radiation(weather.data.index).to_numpy(),
-        "airmass": pvlib.atmosphere.get_relative_airmass(np.minimum(data["apparent_zenith"], 89.9)),
-    }
-    found = dict.fromkeys(names)
-    for kind, orientation in names:
-        if kind not in TILTS or orientation not in AZIMUTHS:
-            continue
-        perez, isotropic = (
-            float(np.nansum(pvlib.irradiance.get_total_irradiance(
-                TILTS[kind], AZIMUTHS[orientation], data["apparent_zenith"], data["solar_azimuth"],
-                data["dni"], data["ghi"], data["dhi"], model=model, **light,
-            )["poa_global"]))
-            for model in ("perez", "isotropic")
-        )  # fmt: skip
-        found[kind, orientation] = perez / isotropic - 1 if isotropic > 0 else None
-    return found
+def shares_of_sky_model(weather, names, ground_albedo):
+    """Yearly irradiance of unshaded planes of some kinds and orientations by Perez over isotropic, less 1."""
+    known = [name for name in names if name[0] in TILTS and name[1] in AZIMUTHS]
+    planes = np.array([(TILTS[kind], AZIMUTHS[orientation]) for kind, orientation in known]).reshape(-1, 2).T
+    return dict.fromkeys(names) | dict(
+        zip(known, change_unshaded(weather, *planes, ground_albedo).tolist(), strict=True)
+    )
 
 
 def budget_surfaces(errors):

@@ -33,6 +33,7 @@ HOPELESS = 0.3  # of the variance that no sample lowers
 CELLS = 16  # shadow points from which patches are resolved into as many elements
 MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
+CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
 CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
@@ -234,13 +235,13 @@ def unreachable(errors, target, shadow_samples):
     None as well where that is not certain: what stays exceeds the target by less than its standard error, or patches
     are not resolved into as many elements as in later rounds.
     """
-    least, left = errors.at_least(), errors.at_share(without=SAMPLED)
-    if not least > target:
+    left = errors.at_share(without=SAMPLED)
+    if not CERTAIN * left > target:
         return None
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
     source = fixed.largest()
     if source == "discretisation" and shadow_samples < CELLS:
         return None
     cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
-    words = f"{SOURCES[source]} alone leaves {left:.2f} ± {left - least:.2f} % whatever the number of rays"
+    words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
     return words, f"give {cure}, or a target above {left:.2f}"

@@ -18,7 +18,7 @@ from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..weather.weather import Weather
 
-FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run
+FEWER = LOOKED_AT // 5  # patches where several choices are compared before a run
 
 
 class TracedYear(NamedTuple):

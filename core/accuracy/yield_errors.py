@@ -4,9 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..energy.standard_errors import carry_to_hours, sun_sampling_share
+from ..energy.standard_errors import errors_of_energy
 from ..light.transfer import variance_of_mean
-from ..sun.sky_models import split_sky
 
 # Sources that fall with every round, and the power of the number of samples with which their variance does: of digital
 # nets, measured in Berlin and on the town. The others stay.
@@ -33,7 +32,6 @@ class YieldErrors:
     rounds: int  # samples, in units of those of the first round
     rows: np.ndarray | None = None  # (e,) int, their surfaces
     power: dict = field(default_factory=lambda: SAMPLED)  # with which variances fall
-    doubt: np.ndarray | float = 0.0  # (e,) standard error of the error by the choice of suns, as a share of it
 
     def relative(self, more=1.0, without=()):
         """Standard errors in percent of each surface's hours, with `more` times the samples: (e,) float64."""
@@ -47,25 +45,11 @@ class YieldErrors:
         """Error [%] that this share of the area stays within; NaN if no surface counts."""
         return quantile_by_area(self.relative(more, without), self.area, share)
 
-    def at_least(self, share=SHARE):
-        """What `at_share` would be without sampled errors, less about one standard error of this estimate [%].
-
-        The surfaces are taken as drawn from others alike: which share of the area lies below a value has a binomial
-        error.
-        """
-        if not len(self.hours):
-            return np.nan
-        count = self.area.sum() ** 2 / (self.area**2).sum()  # of surfaces of equal area that tell as much
-        cautious = self.variance | {"suns": self.variance["suns"] * (1 - self.doubt) ** 2}
-        lower = max(share - np.sqrt(share * (1 - share) / count), 0.0)
-        return replace(self, variance=cautious).at_share(without=SAMPLED, share=lower)
-
     def take(self, chosen):
         """Those of some of the surfaces, (e,) bool."""
         variance = {name: part[chosen] for name, part in self.variance.items()}
-        doubt = self.doubt[chosen] if isinstance(self.doubt, np.ndarray) else self.doubt
         parts = {"hours": self.hours[chosen], "area": self.area[chosen], "rows": self.rows[chosen]}
-        return replace(self, variance=variance, doubt=doubt, **parts)
+        return replace(self, variance=variance, **parts)
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
@@ -97,7 +81,7 @@ def split_errors(transfer, weather, energy):
     YieldErrors
     """
     hours, record = energy.full_load_hours, transfer.record
-    parts, doubt = variances_of_hours(transfer, weather, energy)
+    parts = variances_of_hours(transfer, weather, energy)
     chosen, forward = find_lit(energy), record is not None and record.request.get("estimator") == "forward"
     return YieldErrors(
         {name: part[chosen] for name, part in parts.items()},
@@ -106,37 +90,19 @@ def split_errors(transfer, weather, energy):
         record.rounds if record else 1,
         np.flatnonzero(chosen),
         dict.fromkeys(SAMPLED, 1.0) if forward else SAMPLED,  # photons are independent from round to round
-        doubt[chosen],
     )
 
 
 def variances_of_hours(transfer, weather, energy):
-    """Variances of the full load hours of all surfaces by source, and how uncertain that of the suns is.
-
-    Returns
-    -------
-    parts : dict
-        Of SOURCES -> (n,) float64 [h²].
-    doubt : (n,) float64
-        As of `YieldErrors`.
-    """
-    hours, surfaces = energy.full_load_hours, transfer.surfaces
-    own, passed_on, discretisation, shadows = carry_to_hours(
-        transfer, weather, hours, energy.poa_global_annual, energy.years, sky=split_sky(weather, energy.sky)
-    )
-    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
-    rms, rms_error = (
-        np.array([sun_sampling_share(transfer.record, name, part) for name in names])
-        for part in ("rms", "rms_standard_error")
-    )
-    parts = {
-        "shadows": shadows,
-        "rays": own - shadows,
-        "passed_on": variance_of_mean(passed_on),
-        "discretisation": discretisation**2,
-        "suns": (rms * hours) ** 2,
+    """Variances of the full load hours of all surfaces by source: dict of SOURCES to (n,) float64 [h²]."""
+    errors = errors_of_energy(transfer, weather, energy)
+    return {
+        "shadows": errors.points,
+        "rays": errors.own - errors.points,
+        "passed_on": variance_of_mean(errors.passed_on),
+        "discretisation": errors.discretisation**2,
+        "suns": errors.rms**2,
     }
-    return parts, np.minimum(rms_error / np.maximum(rms, 1e-9), 1)
 
 
 def find_lit(energy):
@@ -168,7 +134,7 @@ def seconds_to_halve(transfer, weather, energy):
         [s] of the computer that traced; inf where no number of rounds is enough, NaN without full load hours, without
         an error, or where no times are known.
     """
-    parts, _ = variances_of_hours(transfer, weather, energy)
+    parts = variances_of_hours(transfer, weather, energy)
     fixed = parts["discretisation"] + parts["suns"]
     return times_more(sum(parts[name] for name in SAMPLED), fixed) * seconds_of_rounds(transfer)
 

@@ -13,16 +13,7 @@ from ..sun.horizon import TerrainHorizon, is_above
 from ..sun.sky_models import split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
-from ..sun.terrain_loss import (
-    bound_between,
-    bound_of_horizon,
-    first_light,
-    hidden_shares,
-    light_behind,
-    sum_direct,
-    sunlit_year,
-    suns_of_year,
-)
+from ..sun.terrain_loss import UP, first_light, light_behind, lost_sky, sum_direct, sunlit_year
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import NO_SUNS, Effect, TracePlan
 
@@ -30,7 +21,6 @@ TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
 COVERED = 49_000.0  # [m] to which heights should reach in all directions
-UP = np.array([[0.0, 0.0, 1.0]])
 MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
 
 
@@ -46,8 +36,6 @@ def decide_terrain(inputs):
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
-    sky, sun = shares_of_level_ground(inputs, horizon)
-    extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
     lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
     reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
@@ -56,7 +44,7 @@ def decide_terrain(inputs):
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
-    return Effect(TERRAIN, True, extent, reason, bound_on(inputs, horizon, corners))
+    return Effect(TERRAIN, True, describe_level_ground(inputs, horizon), reason, bound_on(inputs, horizon, corners))
 
 
 def terrain_alone(plan):
@@ -97,31 +85,25 @@ def find_hidden(inputs, horizon):
     return suns.direction[(used == 0) & ~is_above(lower, suns.direction)].astype(np.float32)
 
 
-def shares_of_level_ground(inputs, horizon):
-    """Shares of sky and of the year's sunlight that a horizon hides from level ground: two float."""
-    sky, sun = hidden_shares(horizon, suns_of_year(inputs.scene.site.latitude, inputs.scene.site.longitude))
+def describe_level_ground(inputs, horizon):
+    """Shares of the sky and, where the year is known, of its sunlight that a horizon hides from level ground, in words."""
+    words = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
     if inputs.weather is None:
-        return float(sky[0]), float(sun[0])
+        return words
     year = year_of(inputs)
     behind, whole = (
         float(sum_direct(year, UP, chosen)[0]) for chosen in (~is_above(horizon, year.towards), slice(None))
     )
-    return float(sky[0]), behind / whole if whole > 0 else 0.0
+    return f"{words} and {behind / whole if whole > 0 else 0.0:.1%} of the sunlight of level ground"
 
 
 def bound_off(inputs, horizon):
     """What any kind and orientation of receivers loses or gains behind a horizon at most, as a share of its light."""
-    if inputs.weather is None:
-        site = inputs.scene.site
-        return bound_of_horizon(horizon, suns_of_year(site.latitude, site.longitude))
     return largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
 
 
 def bound_on(inputs, horizon, corners):
     """The same of what lies between this horizon and those of the corners, where the buildings have theirs."""
-    if inputs.weather is None:
-        site = inputs.scene.site
-        return bound_between(horizon, corners, suns_of_year(site.latitude, site.longitude))
 
     def between(year, normal, albedo):
         found = np.zeros((2, len(normal)))
@@ -144,6 +126,8 @@ def year_of(inputs):
 def largest_share(inputs, change, behind=None):
     """Largest change of the light of any kind and orientation of receivers, and of level ground, which reflects.
 
+    None without weather.
+
     Both as shares of what they receive unobstructed: shade makes the change smaller, and the light as well.
 
     Parameters
@@ -158,6 +142,8 @@ def largest_share(inputs, change, behind=None):
     -------
     float
     """
+    if inputs.weather is None:
+        return None
     year, albedo = year_of(inputs), inputs.request.ground_albedo
     surfaces = inputs.scene.surfaces
     wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
@@ -179,8 +165,7 @@ def planes_of(surfaces, members):
     azimuth = STEP * np.round(np.asarray(surfaces.surface_azimuth, float)[members] / STEP)
     planes, which = np.unique(np.stack([tilt, azimuth]), axis=1, return_inverse=True)
     area = np.bincount(which.ravel(), np.maximum(np.asarray(surfaces.area, float)[members], 1e-9))
-    up, turn = np.radians(planes)
-    return np.stack([np.sin(up) * np.sin(turn), np.sin(up) * np.cos(turn), np.cos(up)], axis=1), area
+    return sun_direction(planes[0], planes[1]), area  # a normal stands above its plane as a sun does
 
 
 FAR_GROUND = "far-ground"
@@ -218,8 +203,6 @@ def share_left_out(inputs):
     Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other surfaces pass on it
     makes no larger share than of theirs.
     """
-    if inputs.weather is None:
-        return None
     terrain = inputs.terrain
 
     def light_of_ground(year, normal, albedo):
@@ -228,7 +211,7 @@ def share_left_out(inputs):
         return albedo * level * ground_view_of_tilt(normal, terrain)[None]
 
     gained = largest_share(inputs, light_of_ground, terrain)
-    return gained / (1 + gained)
+    return None if gained is None else gained / (1 + gained)
 
 
 def measure_reach(scene, patches):

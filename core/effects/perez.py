@@ -3,15 +3,14 @@
 import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import sun_direction
+from ..sun.terrain_loss import UP, first_light, sunlit_year
 from .effect import Effect
 
 KEY = "perez"
 LIT = ("facade", "roof", "steep", "rack")  # kinds that have full load hours and may be inclined
 LEVEL = 1.0  # [°] of tilt up to which both skies give the same
-MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
 
 
 def decide(inputs):
@@ -75,23 +74,8 @@ def change_unshaded(weather, tilt, azimuth, ground_albedo):
     (k,) float64
         Share of that under the isotropic sky.
     """
-    sums = []
-    for sky in ("isotropic", "perez"):
-        sums.append(sum_unshaded(weather, split_sky(weather, sky), tilt, azimuth, ground_albedo))
-    isotropic, perez = sums
+    normal = sun_direction(tilt, azimuth)  # it stands above its plane as a sun does
+    years = [sunlit_year(weather, split_sky(weather, sky)) for sky in ("isotropic", KEY)]
+    reflected = ground_albedo * (1 - normal[:, 2]) / 2
+    isotropic, perez = (first_light(year, normal) + reflected * first_light(year, UP) for year in years)
     return np.divide(perez - isotropic, isotropic, out=np.zeros(len(tilt)), where=isotropic > 0)
-
-
-def sum_unshaded(weather, parts, tilt, azimuth, ground_albedo):
-    """Irradiation of unshaded planes over all intervals [Wm⁻²]: (k,)."""
-    data = weather.data
-    up, turn = np.radians(tilt), np.radians(azimuth)
-    normal = np.stack([np.sin(up) * np.sin(turn), np.sin(up) * np.cos(turn), np.cos(up)])
-    towards = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
-    sunward = data["dni"].to_numpy(float) + parts.circumsolar
-    level = float((data["dni"] * np.maximum(towards[:, 2], 0)).sum() + parts.circumsolar_horizontal.sum())
-    step = max(1, MOST_HOURS // len(data))
-    direct = [sunward @ np.maximum(towards @ normal[:, k : k + step], 0) for k in range(0, len(tilt), step)]
-    ground = ground_albedo * (1 - normal[2]) / 2 * (level + parts.dome.sum())
-    sources = sum(light.sum() * SOURCES[name].unshaded(normal.T) for name, light in parts.sources.items())
-    return np.concatenate(direct) + parts.dome.sum() * (1 + normal[2]) / 2 + sources + ground

@@ -1,5 +1,6 @@
 """Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -40,11 +41,9 @@ def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, *, 
     whole : float
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
-    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=sky)
-    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
-    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
-    sampling = own + variance_of_mean(passed_on) + discretisation**2
-    surfaces = np.sqrt(sampling + (rms * full_load_hours) ** 2)
+    errors = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=sky)
+    own, passed_on, discretisation = errors.own, errors.passed_on, errors.discretisation
+    surfaces = np.sqrt(own + variance_of_mean(passed_on) + discretisation**2 + errors.rms**2)
     means = np.zeros(len(groups.names))
     for column, name in enumerate(groups.names):
         members = groups.weight[:, column] > 0
@@ -89,29 +88,39 @@ def errors_of_sums(transfer, weather, energy, weights, label):
     list of numpy.ndarray, (label.max() + 1,)
         For each of the weights; NaN where the error of a surface is unknown.
     """
-    hours, surfaces = energy.full_load_hours, transfer.surfaces
-    sky = split_sky(weather, energy.sky)
-    own, passed_on, discretisation, _ = carry_to_hours(
-        transfer, weather, hours, energy.poa_global_annual, energy.years, sky=sky
-    )
-    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
-    bias, rms = (
-        np.array([sun_sampling_share(transfer.record, name, part) for name in names]) * hours
-        for part in ("bias", "rms")
-    )
-    apart, count, found = own + np.maximum(rms**2 - bias**2, 0.0), label.max(initial=-1) + 1, []
+    errors = errors_of_energy(transfer, weather, energy)
+    apart = errors.own + np.maximum(errors.rms**2 - errors.bias**2, 0.0)
+    count, found = label.max(initial=-1) + 1, []
     for weight in weights:
         rows = np.flatnonzero(weight > 0)
         share = weight[rows]
         add = partial(np.bincount, label[rows], minlength=count)
-        common = np.stack([add(share * replicate[rows]) for replicate in passed_on.T], axis=1)
-        signed = add(share * discretisation[rows]) ** 2 + add(share * bias[rows]) ** 2
+        common = np.stack([add(share * replicate[rows]) for replicate in errors.passed_on.T], axis=1)
+        signed = add(share * errors.discretisation[rows]) ** 2 + add(share * errors.bias[rows]) ** 2
         found.append(np.sqrt(add(share**2 * apart[rows]) + variance_of_mean(common) + signed))
     return found
 
 
+@dataclass
+class HourErrors:
+    """Parts of the errors of the full load hours of n surfaces."""
+
+    own: np.ndarray  # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
+    passed_on: np.ndarray  # (n, r) [h] deviations of replicates of light that other surfaces re-emit
+    discretisation: np.ndarray  # (n,) [h] signed
+    points: np.ndarray  # (n,) [h²] the part of `own` that is from shadow points
+    bias: np.ndarray  # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
+    rms: np.ndarray  # (n,) [h] likewise
+
+
+def errors_of_energy(transfer, weather, energy):
+    """Parts of the errors of the full load hours of an Energy: HourErrors."""
+    hours, poa, sky = energy.full_load_hours, energy.poa_global_annual, split_sky(weather, energy.sky)
+    return carry_to_hours(transfer, weather, hours, poa, energy.years, sky=sky)
+
+
 def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
-    """Parts of the error of full load hours from rays and discretisation.
+    """Parts of the errors of full load hours: HourErrors.
 
     Parameters
     ----------
@@ -124,17 +133,6 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     years : float
         That the weather covers.
     sky : SkyParts
-
-    Returns
-    -------
-    own : numpy.ndarray, (n,)
-        [h²] Variance from the surface's own rays; NaN without full load hours, or if it is unknown.
-    passed_on : numpy.ndarray, (n, r)
-        [h] Deviations of replicates of light that other surfaces re-emit.
-    discretisation : numpy.ndarray, (n,)
-        [h] Signed.
-    points : numpy.ndarray, (n,)
-        [h²] The part of `own` that is from shadow points.
     """
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     found = []
@@ -144,8 +142,14 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
         annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
         found.append(carry_state(state, per_poa * annual[:, None], sky))
     own, passed_on, discretisation, points = zip(*found, strict=True)
-    own = add_deviations(own)
-    return np.where(np.isnan(full_load_hours), np.nan, own), sum(passed_on), sum(discretisation), add_deviations(points)
+    own = np.where(np.isnan(full_load_hours), np.nan, add_deviations(own))
+    surfaces = transfer.surfaces
+    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
+    suns = [
+        full_load_hours * np.array([sun_sampling_share(transfer.record, name, part) for name in names])
+        for part in ("bias", "rms")
+    ]
+    return HourErrors(own, sum(passed_on), sum(discretisation), add_deviations(points), *suns)
 
 
 def add_deviations(variances):

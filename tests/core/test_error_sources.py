@@ -77,7 +77,7 @@ def test_the_sky_model_moves_walls_as_published():
     """Issue 14: Perez over isotropic at Berlin in 2017, unshaded: south wall +12.1 %, north wall -8.4 %, sky of DHI."""
     weather = read_weather(ERA5, 52.5, 13.4)
     names = ("facade", "south"), ("facade", "north"), ("flat", "none")
-    south, north, flat = shares_of_sky_model(weather, names).values()
+    south, north, flat = shares_of_sky_model(weather, names, 0.25).values()
     assert south == pytest.approx(0.121, abs=0.02)
     assert north == pytest.approx(-0.084, abs=0.03)
     assert flat is None
