@@ -1,6 +1,6 @@
 """Whether a target of accuracy can be reached, told before the run from a pilot.
 
-    a small run of squares of the city     ─► error that the patch size leaves ───────────┐
+    a run of the whole city with few rays ─► error that the patch size leaves ───────────┐
                                                                                          ├─► more than the target?
     some patches of the city, the suns    and every hour's ─► error by the choice of suns ─┘
 

@@ -1,7 +1,9 @@
 """The pilot: the whole city with few rays, which shows what rays and accuracy cost on the user's own scene.
 
-    whole city ─► the ordinary tracer with few rays and suns ─► errors of all surfaces; seconds of such a run
-    some of its patches ─► the same with more and with fewer ─► shares of patches, rays, points, products in them
+    some of its patches ─► the ordinary tracer with more and with fewer rays, points, reflections ─► costs of each
+    whole city ─► the same with few rays and suns ─► errors of all surfaces; seconds, to which the costs are scaled
+
+Of a small city all patches are traced, and their last run is that of the whole city.
 
 Errors are those of every surface in its own surroundings, since light is passed on from neighbour to neighbour. Seconds
 
@@ -35,10 +37,11 @@ from ..weather.weather import Weather
 from .part_of_city import keep_patches
 from .yield_errors import split_errors
 
-SMALL = 4_000  # patches up to which the whole city is traced with as many rays as by default
-OF_SMALL, OF_LARGE = (256, 16, "days:12"), (32, 16, "days:4")  # rays, shadow points and suns for the whole city
-PART = 1_500  # patches of a square in the middle that are traced more often: they reflect light onto each other
-RUNS = ((64, 4, 1), (64, 64, None), (512, 16, None))  # of these: rays, points, reflections (None: those of the city)
+SMALL = 4_000  # patches up to which the part is the whole city
+PART = 1_500  # patches of a square in the middle of a larger one: they reflect light onto each other
+RUNS = ((64, 4, 1), (64, 64, None), (256, 16, None))  # of the part: rays, points, reflections (None: those of the city)
+WHOLE = 32, 16, None  # of a larger city
+WAY = "days:4"  # suns
 FEW = 64  # patches of a run that loads compiled code
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
@@ -96,29 +99,27 @@ def run_pilot(inputs, progress=silent):
     Pilot
     """
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
-    scene, patches = inputs.prepared.scene, inputs.prepared.patches
-    *setting, way = OF_SMALL if traced.sum() <= SMALL else OF_LARGE
-    suns = choose_pilot_suns(inputs, way)
-
-    done = 0
+    scene, patches, runs = inputs.prepared.scene, inputs.prepared.patches, []
+    small, suns = traced.sum() <= SMALL, choose_pilot_suns(inputs, WAY)
+    part = np.ones(len(traced), bool) if small else choose_square(scene, patches, traced, PART)
 
     def tell(*_):
-        progress("pilot", done, 1 + len(RUNS), "runs")
+        progress("pilot", len(runs), 1 + len(RUNS), "runs")
 
-    trace_part(
-        inputs, choose_square(scene, patches, traced, FEW), (*RUNS[0][:2], None), suns, progress=tell
-    )  # loads compiled code, untimed
-    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (*setting, None), suns, progress=tell)
-    sky = choose_sky(request, transfer)
-    energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
-    part, parts = choose_square(scene, patches, traced, PART), []
-    for done, (samples, points, bounces) in enumerate(RUNS, start=1):  # noqa: B007, as `tell` reads it
-        limited = samples, points, run.bounces if bounces is None else min(bounces, run.bounces)
-        parts.append(trace_part(inputs, part, limited, suns, progress=tell)[0])
+    few = choose_square(scene, patches, traced, FEW)
+    trace_part(inputs, few, RUNS[-1], suns, progress=tell)  # loads compiled code, untimed
+    for setting in RUNS:
+        run, transfer, _ = trace_part(inputs, part, setting, suns, progress=tell)
+        runs.append(run)
+    if not small:
+        run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), WHOLE, suns, progress=tell)
     progress("pilot", 1 + len(RUNS), 1 + len(RUNS), "runs")
     costs = tuple(
-        fit_costs([terms(one) for one in parts], [one.seconds[stage] for one in parts], terms(run), spent)
+        fit_costs([terms(one) for one in runs], [one.seconds[stage] for one in runs], terms(run), spent)
         for stage, (terms, spent) in enumerate(zip((terms_before_suns, terms_of_suns), run.seconds, strict=True))
+    )
+    energy = compute_energy(
+        transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
     )
     return Pilot(run, transfer, split_errors(transfer, weather, energy), costs)
 
@@ -155,7 +156,7 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     patches, plan = few.prepared.patches, few.prepared.plan
     receives = patches.receives.copy()
     receives[: len(few.patches)] &= part[few.patches]
-    plan = plan if bounces is None else replace(plan, max_bounces=bounces)
+    plan = plan if bounces is None or not plan.reflections else replace(plan, max_bounces=bounces)
     ready = replace(few.prepared, patches=replace(patches, receives=receives), plan=plan)
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
         transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=progress, folder=None, prepared=ready)

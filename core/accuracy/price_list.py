@@ -112,16 +112,10 @@ class PricedCity:
         variance = {name: part * patches / more for name, part in variance.items()}
         # Points lie in a net on each patch: more patches make the net of a surface finer.
         variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
-        rms, doubt = (self.shares(knobs.way, part) for part in ("rms", "rms_standard_error"))
+        measured, names = self.sampling[knobs.way], name_groups(self.pilot.transfer.surfaces)[errors.rows]
+        rms = np.array([measured.get("groups", {}).get(name, measured)["rms"] for name in names]) / 100
         variance["suns"] = (rms * errors.hours) ** 2
-        doubt = np.minimum(doubt / np.maximum(rms, 1e-9), 1)
-        return replace(errors, variance=variance, rounds=knobs.rounds, doubt=doubt)
-
-    def shares(self, way, part):
-        """Error of a choice of suns for each surface that has errors, as a share of its hours: (e,) float64."""
-        names = name_groups(self.pilot.transfer.surfaces)[self.pilot.errors.rows]
-        measured = self.sampling[way]
-        return np.array([measured.get("groups", {}).get(name, measured)[part] for name in names]) / 100
+        return replace(errors, variance=variance, rounds=knobs.rounds)
 
     def knobs_of(self, request, way):
         """Knobs of the settings of a run with some sun sampling."""

@@ -35,7 +35,8 @@ def decide_terrain(inputs):
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
-        return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
+        bound = largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
+        return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
     lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
     reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
@@ -86,7 +87,7 @@ def find_hidden(inputs, horizon):
 
 
 def describe_level_ground(inputs, horizon):
-    """Shares of the sky and, where the year is known, of its sunlight that a horizon hides from level ground, in words."""
+    """What a horizon hides from level ground of the sky and, where the year is known, of its sunlight, in words."""
     words = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
     if inputs.weather is None:
         return words
@@ -97,13 +98,8 @@ def describe_level_ground(inputs, horizon):
     return f"{words} and {behind / whole if whole > 0 else 0.0:.1%} of the sunlight of level ground"
 
 
-def bound_off(inputs, horizon):
-    """What any kind and orientation of receivers loses or gains behind a horizon at most, as a share of its light."""
-    return largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
-
-
 def bound_on(inputs, horizon, corners):
-    """The same of what lies between this horizon and those of the corners, where the buildings have theirs."""
+    """What lies between this horizon and those of the corners, where the buildings have theirs, as a share of light."""
 
     def between(year, normal, albedo):
         found = np.zeros((2, len(normal)))

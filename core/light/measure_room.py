@@ -22,36 +22,16 @@ def list_clearances(request):
     return tuple(sorted({*CLEARANCES, request.clearance}))
 
 
-def measure_room(ray_scene, patches, scene, covered, *, clearances, threads):
-    """Share of each surface that is not covered, but has no room for a module.
-
-    Parameters
-    ----------
-    ray_scene : FacingScene
-    patches : Patches
-    scene : Scene
-        Of these patches. Racks have room: they are laid by rules of their own.
-    covered : tuple of (p, CELL_DIVISIONS²) bool and (n, p) sparse
-        What of each patch is covered, and weights of patches in the means of surfaces.
-    clearances : tuple of float [m]
-    threads : int
-
-    Returns
-    -------
-    (n, k) float64
-    """
-    cells, to_surface = covered
-    share = measure_room_of_patches(ray_scene, patches, scene, cells, clearances=clearances, threads=threads)
-    return average_room(to_surface, share)
-
-
 def average_room(to_surface, share):
-    """The same of surfaces, (n, k) float64, from that of patches."""
+    """Share of surfaces that is open but has no room, (n, k) float64, from that of patches, (p, k)."""
     return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
 
 
 def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, known=None):
-    """The same of patches: (p, k) float32; `known` are those of some, NaN of the others."""
+    """Share of patches that is not covered, but has no room for a module: (p, k) float32.
+
+    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `known` is the share of some patches, NaN of others.
+    """
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
     share = np.zeros((len(patches), len(clearances)), np.float32) if known is None else np.nan_to_num(known)
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)

@@ -18,7 +18,7 @@ from ..effects.effect import Measured, judge_effects
 from ..effects.reflections import count_surely
 from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.measure_cover import find_cover
-from ..light.measure_room import list_clearances, measure_room
+from ..light.measure_room import average_room, list_clearances, measure_room_of_patches
 from ..light.prepare_scene import prepare_scene
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
@@ -122,15 +122,16 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
-    lengths, shares = list_clearances(request), (run.target.covered, patch_to_surface)
-    room = measure_room(run.target.ray_scene, patches, prepared.scene, shares, clearances=lengths, threads=run.threads)
+    lengths, target = list_clearances(request), run.target
+    how = {"clearances": lengths, "threads": run.threads}
+    room = measure_room_of_patches(target.ray_scene, patches, prepared.scene, target.covered, **how)
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=covered_share,
-        no_room=room,
+        no_room=average_room(patch_to_surface, room),
         clearances=lengths,
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),

@@ -90,11 +90,6 @@ def triangulate_sky(suns):
     )
 
 
-def match_sky_grid(suns, direction):
-    """The three directions of a sky grid around each sun, and their weights: as `match_triangles`."""
-    return match_triangles(triangulate_sky(suns), direction)
-
-
 def match_triangles(triangles, direction):
     """The corners of the triangle around each direction, and their barycentric weights.
 

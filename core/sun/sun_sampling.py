@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 
 from ..settings.errors import InputError
 from .days_of_year import days_of_year_suns, match_days_of_year
-from .sky_grid import match_sky_grid, sky_grid_suns
+from .sky_grid import match_triangles, sky_grid_suns, triangulate_sky
 from .solar_position import (
     DAY,
     MINIMUM_ELEVATION,
@@ -197,7 +197,7 @@ def match_directions(suns, direction, day=None):
     """
     name = suns.sampling.partition(":")[0]
     if name == "sky-grid":
-        return match_sky_grid(suns, direction)
+        return match_triangles(triangulate_sky(suns), direction)
     if name == "days" and day is not None:
         return match_days_of_year(suns, direction, day)
     if name == "typical-days" and day is not None:

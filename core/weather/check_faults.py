@@ -99,15 +99,11 @@ def check_dark_days(days, source):
     dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
     if not len(dark):
         return []
-    problem = f"no light on {count_days(len(dark))}, the first {dark[0].date()}: a gap filled with zeros"
+    count = f"{len(dark)} day{'s' if len(dark) > 1 else ''}"
+    problem = f"no light on {count}, the first {dark[0].date()}: a gap filled with zeros"
     if len(dark) > MOST_DARK_DAYS:
         raise InputError(source, problem, "fill the gap with measured values, or give another year")
     return [problem]
-
-
-def count_days(count):
-    """`1 day` or `3 days`."""
-    return f"{count} day{'s' if count > 1 else ''}"
 
 
 def check_nights(year, source):
