@@ -45,9 +45,14 @@ def summarise_energy(item, weather, energy, place, totals):
         Of `sum_totals`; as rows: surfaces, kWp, MWh per year, hours per year.
     """
     item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
-    item[TOTALS] = [
+    rows = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
         for name, total in totals.items()
+    ]
+    item[TOTALS] = rows + [
+        f"P{share} of {energy.years:g} years|–|{value:,.0f}|–"
+        for share in (50, 90)
+        if (value := totals["All"].get(f"p{share}_mwh_per_year")) is not None
     ]
     annual = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
     item[GROUPS] = [

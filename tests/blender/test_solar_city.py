@@ -1,5 +1,6 @@
 """From a file to full load hours with one button, and what the panel says of the steps."""
 
+from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -14,6 +15,7 @@ from citypv.core.settings.request import Request
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
+from citypv.operators.result.summarise import sum_totals, summarise_energy
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
 from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
@@ -59,6 +61,18 @@ def test_totals_are_sums_of_all_kinds(quick, city_file):
     mean = np.average(energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible])
     assert hours == pytest.approx(mean, rel=0.01)
     assert totals["Pitched roofs"][2] > totals["Facades"][2] and energy.eligible[energy.flat_roof].all()
+
+
+def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, city_file):
+    """Of two years, one a tenth below and one a tenth above, P50 is the mean and P90 the lower one."""
+    bpy.ops.citypv.solar_city(filepath=str(city_file))
+    city, session = here(), find_session(here())
+    hours = session.energy.full_load_hours
+    energy = replace(session.energy, full_load_hours_by_year=np.stack([0.9 * hours, 1.1 * hours], axis=1), years=2.0)
+    totals = sum_totals(session.transfer, energy, session.request)
+    summarise_energy(city, session.weather, energy, "", totals)
+    mwh = totals["All"]["mwh_per_year"]
+    assert city["citypv_totals"][-2:] == [f"P50 of 2 years|–|{mwh:,.0f}|–", f"P90 of 2 years|–|{0.9 * mwh:,.0f}|–"]
 
 
 def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_file):
