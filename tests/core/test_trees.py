@@ -97,10 +97,11 @@ def test_which_rays_end_in_a_row_of_crowns():
 
 
 def test_bodies_stay_whole_and_are_halved_where_one_begins_next_to_the_half():
-    """Two nodes of a dozen bodies of any size, side by side along x."""
+    """Two nodes of a dozen bodies side by side along x, of any size, one of them larger than the others together."""
     random = np.random.default_rng(5)
     for _ in range(20):
         sizes = random.integers(1, 30, (2, 12))
+        sizes[:, random.choice([0, 5, 11])] *= 40
         body = np.repeat(np.arange(24), sizes.ravel())
         middle = body[:, None] * [1.0, 0, 0]
         bounds = np.append(0, sizes.sum(axis=1).cumsum())
