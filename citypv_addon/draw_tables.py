@@ -70,7 +70,7 @@ def draw_comparison(layout, context):
     row.prop(seeing, "sort_by", text="")
     row.prop(seeing, "sort_down", text="", icon="SORT_DESC" if seeing.sort_down else "SORT_ASC")
     if pages > 1:
-        row.prop(seeing, "page", text=f"of {pages} pages")
+        row.prop(seeing, "page", text=f"of {pages}")
     column = layout.box().column(align=True)
     for one in buildings[(page - 1) * PAGE : page * PAGE]:
         draw_change(column, one)
@@ -81,9 +81,9 @@ def draw_change(column, row, title=""):
     before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
-        line.label(text=title or show_end(row["name"], 16))
+        line.label(text=title or show_end(row["name"], 11))
     else:
-        line.operator("citypv.show_building", text=show_end(row["name"], 16)).building = row["name"]
+        line.operator("citypv.show_building", text=show_end(row["name"], 11)).building = row["name"]
     draw_numbers(line.row(align=True), (change,))
     line = column.split(factor=0.6)
     line.active = not change.startswith("(")
