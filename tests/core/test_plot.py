@@ -316,7 +316,7 @@ def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, ca
 def test_the_lead_tells_the_error_of_the_weather(folder, page):
     """Of the built-in climate it is that of the published table; P90 of several years stands there, too."""
     assert "P90" not in page.text and "error of the weather is" in page.text
-    text = (Path(__file__).parents[2] / "docs" / "climate.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "benchmarks/results/climate.md").read_text(encoding="utf-8")
     rows = [text.split(f"\n| {name}, without * |")[1].split("\n")[0] for name in ("root mean square", "mean")]
     rms, mean = ([float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
