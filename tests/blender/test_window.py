@@ -60,12 +60,13 @@ def window(city_file, tmp_path_factory):
         opened.wait_for(
             "any(r.type == 'UI' and r.width > 100 for a in bpy.data.screens['Layout'].areas for r in a.regions)"
         )
-        opened.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()")
         opened.ask(
             f"s = bpy.context.scene.citypv; s.city_path = '/{tool.EXCHANGE}/{NAME}'\n"
             "s.typical_days, s.samples, s.shadow_samples = 2, 64, 4"
         )
         opened.ask(OPEN_PANELS)
+        time.sleep(1)  # until the sidebar knows its tabs again
+        opened.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()")
         time.sleep(1)
         yield opened
         opened.take_picture(pictures / "end.png")
@@ -82,6 +83,11 @@ def test_a_button_does_its_step_and_the_window_stays_alive(window, operator, nam
 
 def test_undo_goes_back_to_the_shape_of_the_import(window):
     undo_to_import(window)
+
+
+@pytest.mark.parametrize(("operator", "name"), [("trace", "diffuse_relative"), ("energy", "full_load_hours")])
+def test_light_and_energy_are_shown_too(window, operator, name):
+    press_step(window, f"citypv.{operator}", is_there(name))
 
 
 def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path):
