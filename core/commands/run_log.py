@@ -60,7 +60,7 @@ def report_outcome(log, folder, energy, totals):
     if not len(energy.groups):
         log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
     for name, one in {"all": totals, **totals["kinds"]}.items():
-        if one["eligible_area"] > 0:
+        if one["kwp"] > 0:
             power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
             log.write(f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, {power}")
     for reason, one in totals["without_modules"].items():

@@ -156,17 +156,18 @@ def sum_potential(rows, area, energy, system):
     Returns
     -------
     dict of str to float
-        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the counted area) and
-        mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year. Hours are None without any area.
+        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over power) and
+        mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year. Hours are None without modules.
     """
     rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    counted, kwp = energy.counted_area[rows], energy.module_area[rows] / area_of_kwp(system.module)
+    counted, modules = energy.counted_area[rows], energy.module_area[rows]
+    kwp = modules / area_of_kwp(system.module)
     spread = area[rows] / counted  # hours are means over whole polygons; here over the counted area
-    total = {"eligible_area": counted.sum(), "module_area": energy.module_area[rows].sum(), "kwp": kwp.sum()}
+    total = {"eligible_area": counted.sum(), "module_area": modules.sum(), "kwp": kwp.sum()}
     for name, sum_name in (("full_load_hours", "mwh_per_year"), ("full_load_hours_dc", "mwh_dc_per_year")):
         hours = getattr(energy, name)[rows] * spread
-        total[name] = (counted @ hours) / counted.sum() if len(rows) else None
+        total[name] = (modules @ hours) / modules.sum() if modules.any() else None
         total[sum_name] = kwp @ hours / 1000
     return {name: None if value is None else float(value) for name, value in total.items()}
 

@@ -159,17 +159,17 @@ def describe_left_out(summary):
         if one["area"] > WORTH_NAMING * whole
     ]
     dark = summary["totals"].get("dark") or {"count": 0, "area": 0.0}
-    lost = bool(dark["count"])
     missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
-    named = f"Of {count_of(report['building_count'], 'building')} {missing:,}" if missing else ""
-    return [
-        *([f"Walls and roofs without modules: {'; '.join(told)}."] if told else []),
-        *(
-            [f"{count_of(dark['count'], 'surface')} that count ({dark['area']:,.0f} m²) get next to no light all year."]
-            * lost
-        ),
-        *([f"{named} have no shape in the files: they cast no shadow and have no results."] if missing else []),
-    ]
+    lines = [f"Walls and roofs without modules: {'; '.join(told)}."] if told else []
+    if dark["count"]:
+        number = count_of(dark["count"], "surface")
+        lines.append(f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² ({number}).")
+    if missing:
+        lines.append(
+            "Buildings without a shape in the files, which cast no shadow and have no results: "
+            f"{missing:,} of {report['building_count']:,}."
+        )
+    return lines
 
 
 def describe_albedo(summary, light):

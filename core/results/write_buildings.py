@@ -54,7 +54,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     table |= dict(zip(("easting", "northing"), find_middles(transfer, building, len(names)).T, strict=True))
     every = np.ones(len(building), bool)
     table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
-    table["eligible_area"] = counted = add(energy.counted_area, eligible)
+    table["eligible_area"] = add(energy.counted_area, eligible)
     for (part, own), error in zip(parts.items(), errors, strict=True):
         table[f"{part}module_area"] = add(energy.module_area, own)
         table[f"{part}kwp"] = table[f"{part}module_area"] / area_of_kwp(system.module)
@@ -66,7 +66,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     hours = {name: getattr(energy, name) for name in ("full_load_hours", "full_load_hours_dc")}
     hours |= name_months(energy.full_load_hours_by_month) if monthly else {}
     with np.errstate(invalid="ignore"):
-        table |= {name: add(area * values, eligible) / counted for name, values in hours.items()}
+        table |= {name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()}
     return pd.DataFrame(table)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pyproj
 
 from ..city.classify import find_footprints
-from ..energy.energy import sum_potential
+from ..energy.energy import kwp_of_hours, sum_potential
 from ..settings.progress import silent
 from .columns import TABLED, column_values
 
@@ -155,8 +155,8 @@ def describe_building(rows, transfer, energy, system):
     rows = rows[energy.eligible[rows] & np.isfinite(energy.full_load_hours[rows])]
     total = sum_potential(rows, area, energy, system)
     attributes = {PREFIX + "eligible_area": short(total["eligible_area"])}
-    if total["eligible_area"] > 0:
-        by_month = area[rows] @ energy.full_load_hours_by_month[rows] / total["eligible_area"]
+    if total["kwp"] > 0:
+        by_month = kwp_of_hours(area, energy, system)[rows] @ energy.full_load_hours_by_month[rows] / total["kwp"]
         attributes[PREFIX + "full_load_hours"] = short(total["full_load_hours"])
         attributes[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
         for name in ("full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year"):

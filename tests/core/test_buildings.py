@@ -54,6 +54,8 @@ def test_buildings_sum_up(berlin, tmp_path):
     np.testing.assert_allclose(power.sum(axis=0) / 1000, table["mwh_per_year"], rtol=1e-4)
     months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
     np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
+    some = table[table["kwp"] > 0]
+    np.testing.assert_allclose(some["full_load_hours"] * some["kwp"], 1000 * some["mwh_per_year"], rtol=1e-4)
 
 
 def test_energy_that_is_exceeded():

@@ -130,9 +130,16 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
         for name in ("module_area", "kwp", "mwh_per_year"):
             assert total["kinds"][kind][name] == pytest.approx(share * all_of_it["kinds"][kind][name])
     assert total["eligible_area"] == all_of_it["eligible_area"]
-    assert total["full_load_hours"] == pytest.approx(all_of_it["full_load_hours"])
+    # A kWp on the walls and one on the roofs yield what they did before; of the whole they are other shares now.
+    for one in (total, *total["kinds"].values()):
+        assert one["full_load_hours"] == pytest.approx(1000 * one["mwh_per_year"] / one["kwp"])
+    facade, flat = (all_of_it["kinds"][kind] for kind in ("facade", "flat"))
+    assert total["kinds"]["facade"]["full_load_hours"] == pytest.approx(facade["full_load_hours"])
+    none = build_system(Request(usable={"facade": 0.0}))
+    bare = sum_totals(transfer, compute_energy(transfer, berlin, none), none)
+    assert bare["kinds"]["facade"]["full_load_hours"] is None and bare["kinds"]["facade"]["eligible_area"] > 0
+    assert bare["full_load_hours"] == pytest.approx(flat["full_load_hours"])
     # Level roofs of 60 and 80 m², the second covered by 30 %; the third is covered, the last too small.
-    flat = all_of_it["kinds"]["flat"]
     assert flat["count"] == 2 and flat["eligible_area"] == pytest.approx(60 + 56)
     hours = (whole.full_load_hours[7] * 60 + whole.full_load_hours[8] * 80) / 116
     assert flat["full_load_hours"] == pytest.approx(hours) and flat["kwp"] == pytest.approx(116 / KWP)

@@ -77,14 +77,13 @@ function sumSurfaces(surfaces) {
 }
 
 function addParts(parts) {
-  const sum = { area: 0, kwp: 0, mwh: 0, hours: 0 };
-  for (const { area, kwp, mwh, hours } of parts) {
+  const sum = { area: 0, kwp: 0, mwh: 0 };
+  for (const { area, kwp, mwh } of parts) {
     sum.area += area;
     sum.kwp += kwp;
     sum.mwh += mwh;
-    sum.hours += area * hours;
   }
-  sum.hours /= sum.area; // NaN of nothing
+  sum.hours = (1000 * sum.mwh) / sum.kwp; // NaN of nothing
   return sum;
 }
 
