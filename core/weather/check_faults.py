@@ -145,22 +145,26 @@ def check_summer_time(days, source):
         raise InputError(source, problem, "give times without summer time; --time-shift cannot mend it")
 
 
+def check_diffuse(year, source):
+    """Refuse global irradiance in place of DHI."""
+    data = year.data
+    strong = (data["dni"] > STRONG) & (np.cos(np.radians(data["apparent_zenith"])) > HIGH_SUN)
+    if strong.sum() <= FEWEST:
+        return
+    share = float((data["dhi"] / data["ghi"])[strong].median())
+    if share > MOST_DIFFUSE:
+        problem = f"{100 * share:.0f} % of the light is diffuse where {year.columns['dni']} is above {STRONG:.0f} Wm⁻²"
+        raise InputError(source, problem, f"check {year.columns['dhi']}: it may be GHI")
+
+
 def check_direct(year, source):
-    """Refuse global irradiance in place of DHI, and the horizontal part in place of DNI."""
+    """Refuse the horizontal part of direct light in place of DNI."""
     data = year.data
     sine = np.maximum(np.cos(np.radians(data["apparent_zenith"].to_numpy())), 0.0)
-    dni, dhi = data["dni"].to_numpy(), data["dhi"].to_numpy()
-    strong = (dni > STRONG) & (sine > HIGH_SUN)
-    if strong.sum() > FEWEST:
-        share = float(np.median(dhi[strong] / (dhi + dni * sine)[strong]))
-        if share > MOST_DIFFUSE:
-            strong = f"{year.columns['dni']} is above {STRONG:.0f} Wm⁻²"
-            problem = f"{100 * share:.0f} % of the light is diffuse where {strong}"
-            raise InputError(source, problem, f"check {year.columns['dhi']}: it may be GHI")
     middle = data.index + year.interval / 2
     place = year.latitude, year.longitude
     clear = clear_irradiance(data["apparent_zenith"], middle, place, year.altitude, data["pressure"].to_numpy())
-    ratio = dni / np.maximum(clear["dni"].to_numpy(), 1.0)
+    ratio = data["dni"].to_numpy() / np.maximum(clear["dni"].to_numpy(), 1.0)
     low = (sine > LOW_SUN[0]) & (sine < LOW_SUN[1])
     high = sine > max(np.quantile(sine[sine > 0], 0.85), LOW_SUN[1])
     if min(low.sum(), high.sum()) < FEWEST:

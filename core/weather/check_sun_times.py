@@ -25,6 +25,9 @@ WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours represent a clear day, an
 RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
+NIGHT_SHIFT = (
+    360  # [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI closes
+)
 GAIN = 0.8  # a shift must reduce the residual to less than this share
 
 
@@ -199,7 +202,8 @@ def check_shift(times, source):
     if (residual is not None and residual <= RESIDUAL) or times.daylight_shift is None:
         return
     own = describe_shift(times.daylight_shift)
-    if residual is not None and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
+    closes = residual is not None and abs(shift - times.daylight_shift) < NIGHT_SHIFT
+    if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
         problem += f" with the sun {describe_shift(shift)}"
         cure = cure_of_shift(shift, 2)

@@ -12,7 +12,7 @@ import pandas as pd
 from ..settings.errors import InputError
 from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
-from .check_faults import check_faults, check_summer_time, cut_days
+from .check_faults import check_diffuse, check_faults, check_summer_time, cut_days
 from .check_irradiance import check_given, check_irradiance
 from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
@@ -210,6 +210,7 @@ def check_years(record, interval, position):
             check_summer_time(days, source)
         check_shift(times, source)
         check_irradiance(complete, source)
+        check_diffuse(complete, source)
         check_closure(times, source)
         times.unlikely = notes + check_faults(complete, days, source)
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]

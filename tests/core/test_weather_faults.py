@@ -10,7 +10,7 @@ import pytest
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.check_faults import check_faults, check_summer_time, cut_days
+from citypv.core.weather.check_faults import check_diffuse, check_faults, check_summer_time, cut_days
 from citypv.core.weather.read_weather import check_record, read_file, recognise_weather
 from citypv.core.weather.weather import change_record
 
@@ -47,6 +47,7 @@ def faults_of(record):
     """Notes on what is unlikely in a record that passes the checks of faults."""
     year = add_sun(record, record.data.index[1] - record.data.index[0])
     days = cut_days(year)
+    check_diffuse(year, "a year")
     check_summer_time(days, "a year")
     return check_faults(year, days, "a year")
 
@@ -105,6 +106,15 @@ def test_a_fault_is_refused(name, fault):
     fault(record.data)
     with pytest.raises(InputError, match=FAULTS[fault]):
         faults_of(record)
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_global_as_diffuse_beside_all_three_is_no_shift_by_half_a_day(name):
+    """With the sun below the horizon GHI = DHI."""
+    record = year_of_record(name)
+    record.data["dhi"] = record.data["ghi"]
+    with pytest.raises(InputError, match="it may be GHI"):
+        check_record(record)
 
 
 @pytest.mark.parametrize(("name", "shift"), [("Santiago", 0), ("Po valley", -30)])
