@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from radiosity import bowl
-from scenes import suns_towards
+from scenes import run_gather, suns_towards
 from small_city import HEAD, house, write_small_city
 
 from citypv.core.effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 
@@ -37,7 +35,7 @@ def light_of_groups(transfer, weather):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize(("city", "albedo"), [("houses", 0.25), ("houses", 0.6), ("street", 0.1), ("street", 0.25)])
+@pytest.mark.parametrize(("city", "albedo"), [("houses", 0.6), ("street", 0.1), ("street", 0.25)])
 def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo):
     """Beside a run with the same rays and many reflections."""
     light = {"albedo": albedo, "ground_albedo": albedo, "weather": "clear-sky", **CHEAP}
@@ -57,12 +55,15 @@ def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo)
 @pytest.mark.parametrize("albedo", [0.2, 0.4, 0.6, 0.8])
 def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
     """E_n = 1/2 (albedo/2)^n everywhere under the sky, so (albedo/2)^(n+1) of the light lies beyond n reflections."""
-    request = Request(albedo=albedo, far_ground=False, samples=256, shadow_samples=16, threads=1)
-    transfer = trace_gather(bowl(), suns_towards([[0, 0, 1]]), request, silent)
+    settings = {"albedo": albedo, "far_ground": False, "samples": 256, "shadow_samples": 16}
+    transfer = run_gather(bowl(), suns_towards([[0, 0, 1]]), threads=1, **settings)
     assert transfer.record.max_bounces == next(n for n in range(1, 30) if (albedo / 2) ** (n + 1) <= WHOLE_LIMIT)
     (effect,) = (one for one in transfer.record.effects if one["key"] == "reflections")
     expected = (albedo / 2) ** (transfer.record.max_bounces + 1)
     assert effect["outcome"]["left_out"] == pytest.approx(expected, rel=0.1)
+    area = transfer.surfaces.area
+    found = area @ transfer.diffuse_relative / area.sum()  # facets are a little flatter than the sphere
+    assert found == pytest.approx(0.5 / (1 - albedo / 2) * (1 - expected), rel=0.02)
 
 
 def test_by_albedo_alone_where_no_solver_tells():

@@ -128,17 +128,6 @@ def test_open_shells_without_a_floor_stand_on_the_lower_edges_of_their_walls():
     assert not scene.footprint.any()
 
 
-def test_a_lone_roof_gets_a_ground_too():
-    scene = build_scene(make_city([("a", "", [[(0, 0, 3), (5, 0, 3), (5, 5, 5), (0, 5, 5)]])]), 50.0, 8.0)
-    assert (scene.triangle_surface < 0).sum() > 50
-    assert np.isfinite(scene.vertices).all()
-
-
-def test_no_ground_where_none_is_wanted():
-    scene = build_scene(make_city(box("a", 0, 0, 10, 10, 0, 10)), 50.0, 8.0, ground="none")
-    assert (scene.triangle_surface >= 0).all()
-
-
 def test_a_bay_above_the_middle_of_a_long_wall_lifts_no_ground():
     """Its lower edges, 3 m up, are 6 m away from both ends of the wall's foot, but 1.5 m from the foot itself."""
     walls = box("a", 0, 0, 12, 10, 0, 12)

@@ -76,12 +76,6 @@ def test_footprints_are_found_without_semantics():
     assert set(scene.triangle_surface[scene.footprint]) == {0}
 
 
-def test_latitude_and_longitude_may_be_given():
-    scene = build_scene(make_city(box("a", 0, 0, 10, 10, 0, 9)), latitude=10.0, longitude=20.0)
-    assert (scene.site.latitude, scene.site.longitude, scene.site.convergence) == (10.0, 20.0, 0.0)
-    assert build_scene(make_city(box("a", 0, 0, 10, 10, 0, 9))).site.latitude is None
-
-
 def test_local_coordinates_under_the_name_of_a_grid_are_noted():
     """0, 0 of the Dutch grid is in France; where the user gives the place, there is nothing to say."""
     city = make_city(box("a", 0, 0, 10, 10, 0, 9), crs="EPSG:28992")
@@ -89,12 +83,6 @@ def test_local_coordinates_under_the_name_of_a_grid_are_noted():
     assert "lies 2.8° outside the area of use of EPSG:28992" in note and "--latitude" in note
     assert not build_scene(city, latitude=52.0, longitude=5.0).report.notes
     assert not city.report.notes
-
-
-def test_a_file_in_degrees_stands_in_metres():
-    scene = build_scene(read_city(PLATEAU), ground="none")
-    assert (scene.site.latitude, scene.site.longitude) == pytest.approx((35.2599, 139.7389), abs=1e-3)
-    assert np.ptp(scene.vertices, axis=0) == pytest.approx([301.3, 360.2, 19.5], rel=3e-3)
 
 
 def test_cells_are_rows_of_their_polygon():

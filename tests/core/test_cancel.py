@@ -106,26 +106,6 @@ def test_before_the_suns_there_is_nothing_to_keep(estimator, stage):
 
 
 @pytest.mark.usefixtures("small_blocks")
-@pytest.mark.parametrize("estimator", TRACERS)
-def test_other_errors_keep_nothing(estimator):
-    with pytest.raises(KeyboardInterrupt):
-        trace(estimator, suns_of("hourly", days=12), cancel_at("suns", 0.5, KeyboardInterrupt))
-
-
-@pytest.mark.parametrize("estimator", TRACERS)
-def test_cancelled_when_all_is_done_is_whole(estimator):
-    suns = suns_of("typical-days:2", days=12)
-    found = trace(estimator, suns, cancel_at("suns", 1))
-    whole = trace(estimator, suns)
-    assert len(found.suns) <= len(suns)
-    count = len(found.suns)
-    np.testing.assert_array_equal(found.visible_share, whole.visible_share[:, :count])
-    if estimator == "gather":  # it tells of the last block when that is kept
-        assert count == len(suns)
-        assert found.record.interrupted is None
-
-
-@pytest.mark.usefixtures("small_blocks")
 def test_progress_of_suns_grows_to_the_end():
     told = []
     trace("gather", suns_of("hourly", days=12), lambda *report: told.append(report) if report[0] == "suns" else None)
@@ -137,18 +117,6 @@ def test_progress_of_suns_grows_to_the_end():
     assert (share[:-1] < 1).all()
     assert share[-1] == 1
     assert {unit for *_, unit in told[1:]} == {"rays"}
-
-
-@pytest.mark.parametrize("way", ["hourly", "typical-days:8"])
-def test_the_order_of_suns_changes_no_sun(way):
-    """Each sun has the same light wherever it comes in the order; the errors differ by rounding."""
-    suns = suns_of(way, days=12)
-    back = np.random.default_rng(0).permutation(len(suns))
-    other = type(suns)(suns.sampling, *(getattr(suns, name)[back] for name in ("direction", "weight", "day", "step")))
-    one, two = trace("gather", suns), trace("gather", other)
-    np.testing.assert_array_equal(one.visible_share[:, back], two.visible_share)
-    np.testing.assert_array_equal(one.direct_reflected[:, back], two.direct_reflected)
-    np.testing.assert_allclose(one.direct_annual_standard_error, two.direct_annual_standard_error, rtol=1e-3, atol=1e-7)
 
 
 @pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:1654"])

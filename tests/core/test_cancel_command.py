@@ -2,10 +2,7 @@
 
 import csv
 import json
-import os
 import signal
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -16,7 +13,6 @@ from citypv.core.commands import simulate, write_run
 from citypv.core.light import sun_blocks
 
 TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
-POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
 
 
 @pytest.fixture(autouse=True)
@@ -127,33 +123,3 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
     message = "citypv: error: interrupted before the first suns were finished; no results were written\n"
     assert capfd.readouterr().err == message
     assert list(tmp_path.iterdir()) == []
-
-
-@POSIX
-@pytest.mark.slow
-@pytest.mark.parametrize("estimator", ["gather", pytest.param("forward", marks=pytest.mark.once)])
-def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
-    """By Ctrl-C from outside, at the first line that tells of suns: one comes after a second, the next ten later.
-
-    On one thread, so that on any processor the suns take some seconds.
-    """
-    command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]
-    work = ["--shadow-samples", "1024"] if estimator == "gather" else ["--samples", "8"]
-    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(
-        [*command, "--threads", "1", "--estimator", estimator, *work],
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-        env=environment,
-    ) as process:
-        for line in process.stderr:
-            if line.startswith("  suns: ") and float(line.split()[1]) >= 5:  # beyond the first block
-                process.send_signal(signal.SIGINT)
-                break
-        said = process.stderr.read()
-        assert process.wait(timeout=120) == 130
-    assert "Interrupted: kept " in said, said
-    assert {path.name for path in (tmp_path / "out").iterdir()} == TABLES
-    interrupted = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["traced"]["interrupted"]
-    assert 0 < interrupted["suns_traced"] < interrupted["of"]

@@ -166,14 +166,6 @@ def test_implicit_geometry_that_cannot_be_placed_is_reported(tmp_path, drawn, re
     assert list(city.report.skipped) == [f"implicit geometry {reason}"]
 
 
-def test_implicit_geometry_in_degrees_is_reported(tmp_path):
-    near = [(48 + y / 1e5, 11 + x / 1e5, z) for x, y, z in FURTHER]
-    ring = text.polygon("w", near).replace("<gml:Polygon", '<gml:Polygon srsName="EPSG:4979"')
-    city = read(tmp_path, text.building(text.surface(text.members(ring)), installation(shape(), point="48 11 0")))
-    assert city.surface_id == ["w"]
-    assert city.report.skipped == {"implicit geometry in a coordinate reference system in degrees": ["m"]}
-
-
 def rings(name, outline, *holes):
     inside = "".join(text.wrap(text.ring(points), "gml:interior") for points in holes)
     return f'<gml:Polygon gml:id="{name}"><gml:exterior>{text.ring(outline)}</gml:exterior>{inside}</gml:Polygon>'

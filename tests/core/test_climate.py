@@ -11,7 +11,7 @@ from weathers import BARROW, HOUR, PVGIS, TMY3
 from citypv.core.commands.command_line import main
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import choose_year, read_year
+from citypv.core.study import read_year
 from citypv.core.weather.climate import (
     cleanest_sky,
     climate,
@@ -269,16 +269,6 @@ def test_the_climate_is_the_default(tmp_path, capfd):
     assert "climate" in capfd.readouterr().out
 
 
-@pytest.mark.parametrize("way", ["days:4", "typical-days:4"])
-def test_two_seeds_differ_by_tracing_alone(way):
-    site = type("Site", (), {"latitude": 52.5, "longitude": 13.4, "altitude": 34.0})
-    requests = [Request(seed=seed, suns=way) for seed in (0, 7)]
-    one, other = (read_year(site, request) for request in requests)
-    pd.testing.assert_frame_equal(one.data, other.data)
-    suns = [choose_year(one, request).direction for request in requests]
-    np.testing.assert_array_equal(*suns)
-
-
 # -- the distributions that the built-in climate draws its days from, against their closed forms --
 
 
@@ -309,15 +299,6 @@ def test_days_follow_each_other_as_graham_has_it():
     quantile = rank_days(draw_normals(1, (36500,)), np.zeros(36500, int))
     assert np.corrcoef(quantile[1:], quantile[:-1])[0, 1] == pytest.approx(0.28, abs=0.02)  # 0.29 of normal numbers
     np.testing.assert_allclose(np.sort(quantile), (np.arange(36500) + 0.5) / 36500)
-
-
-@pytest.mark.once
-def test_normal_numbers_are_normal():
-    drawn = draw_normals(7, (200_000,))
-    assert drawn.mean() == pytest.approx(0, abs=4 / np.sqrt(200_000))
-    assert drawn.std() == pytest.approx(1, abs=0.01)
-    assert not np.array_equal(drawn[:100], draw_normals(8, (100,)))
-    np.testing.assert_array_equal(draw_normals(-3, (5,)), draw_normals(-3, (5,)))
 
 
 @pytest.mark.once

@@ -13,14 +13,6 @@ distributed = pytest.importorskip("distributed")
 yaml = pytest.importorskip("yaml")
 
 
-def test_a_page_that_does_not_exist_is_not_named():
-    """Of a scheduler without one Dask names port 8787, whoever listens there."""
-    local = {"processes": False, "dashboard_address": None, "protocol": "tcp", "host": "127.0.0.1"}
-    with distributed.LocalCluster(0, **local) as cluster, distributed.Client(cluster.scheduler_address) as client:
-        assert client.dashboard_link.endswith(":8787/status")
-        assert run_tasks.find_page(client.dashboard_link) is None
-
-
 def refuse(address, problem):
     with pytest.raises(InputError, match=problem), run_tasks.open_workers(address):
         pass

@@ -193,15 +193,6 @@ def view_at_right_angles(floor, wall, length):
     return (angles + logarithm / 4) / (np.pi * w)
 
 
-@both
-def test_faces_drawn_twice_are_both_lit(estimator):
-    """Cut in different ways, and one larger than the other."""
-    parts = [strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2), strip([-1, 0, 5], [13, 0, 0], [0, 10, 0], 3)]
-    transfer = trace(estimator, parts, max_bounces=0)
-    assert transfer.diffuse_relative == pytest.approx(1, abs=0.03)
-    assert transfer.visible_share == pytest.approx(1, abs=0.03)
-
-
 def test_light_on_faces_drawn_twice_is_absorbed_once():
     """What arrives on two faces has been emitted once: nothing is left over."""
     part = strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2)

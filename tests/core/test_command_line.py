@@ -5,20 +5,15 @@ import json
 import signal
 import subprocess
 import sys
-from datetime import timedelta
 from io import StringIO
 from pathlib import Path
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
-import xarray
 
 from citypv.__main__ import main
 from citypv.core.commands.command_line import build_parser, read_request
-from citypv.core.commands.run_log import RunLog, report_outcome
 from citypv.core.effects.table import TABLE
-from citypv.core.settings.progress import TerminalProgress, describe_duration, describe_progress
+from citypv.core.settings.progress import TerminalProgress, describe_progress
 from citypv.core.settings.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
@@ -63,37 +58,6 @@ def test_faces(results):
     assert azimuth == pytest.approx(180 - 1.285, abs=0.02)
 
 
-def test_groups_and_time_series_agree_with_faces(results):
-    faces = rows_of(results / "faces.csv")
-    groups = rows_of(results / "groups.csv")
-    columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
-    assert list(groups[0]) == [*columns, "full_load_hours_standard_error", "full_load_hours_dc"]
-    errors = [float(row["full_load_hours_standard_error"]) for row in groups if row["period"] == "annual"]
-    assert all(0 < error < 50 for error in errors)
-    with xarray.open_dataset(results / "timeseries.nc") as series:
-        names = [str(name) for name in series["group"].values]
-        annual = dict(zip(names, series["capacity_factor"].sum("time").values, strict=True))
-    facades = {f"facade_{side}" for side in ("north", "east", "south", "west")}
-    assert set(names) == facades | {"roof_north", "roof_south", "all"}
-    totals = json.loads((results / "summary.json").read_text(encoding="utf-8"))["totals"]
-    assert annual["all"] * totals["kwp"] == pytest.approx(1000 * totals["mwh_per_year"], rel=1e-4)
-    for name in names[:-1]:
-        kind, orientation = name.split("_")
-        own = [row for row in faces if (row["kind"], row["orientation"]) == (kind, orientation)]
-        area = np.array([float(row["area"]) for row in own])
-        expected = np.average([float(row["full_load_hours"]) for row in own], weights=area)
-        assert annual[name] == pytest.approx(expected, rel=1e-4)
-        parts = {"annual": [], "month": [], "hour": [], "solar_hour": []}
-        for row in groups:
-            if (row["kind"], row["orientation"]) == (kind, orientation):
-                parts[row["period"]].append(float(row["full_load_hours"]))
-                assert float(row["area"]) == pytest.approx(area.sum(), rel=1e-4)
-                assert int(row["count"]) == len(own)
-        assert [len(values) for values in parts.values()] == [1, 12, 24, 24]
-        for values in parts.values():
-            assert sum(values) == pytest.approx(expected, rel=1e-3)
-
-
 def test_summary(results):
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     assert summary["input"]["surfaces"] == 21
@@ -122,19 +86,6 @@ def test_yield_repeats_the_simulation(results, tmp_path):
     assert (out / "groups.csv").read_text() == (results / "groups.csv").read_text()
 
 
-def test_without_a_file_the_built_in_climate_is_taken(results, tmp_path):
-    out = tmp_path / "climate"
-    assert main(["yield", str(results / "transfer.nc"), "--out", str(out), "--quiet"]) == 0
-    weather = json.loads((out / "summary.json").read_text(encoding="utf-8"))["weather"]
-    assert weather["label"].startswith("built-in climate (climatology")
-    # The Global Solar Atlas has 2.905 to 2.944 kWh/m² a day around Berlin.
-    assert 365 * 2.90 < weather["ghi_annual"] < 365 * 2.95
-    with_file, without = (rows_of(folder / "faces.csv") for folder in (results, out))
-    for year, mean in zip(with_file, without, strict=True):
-        if year["surface_id"].endswith("south"):
-            assert float(mean["full_load_hours"]) == pytest.approx(float(year["full_load_hours"]), rel=0.15)
-
-
 def test_inspect_and_effects(city, capsys):
     assert main(["inspect", str(city), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -151,18 +102,6 @@ def test_inspect_and_effects(city, capsys):
     assert "until what is left is below" in capsys.readouterr().out
     assert main(["inspect", str(city)]) == 0
     assert "buildings    3" in capsys.readouterr().out
-
-
-def test_effects_of_the_modules_switch_without_tracing(results, city, tmp_path, capfd):
-    again = ["yield", str(results / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "off"), "--quiet"]
-    assert main([*again, "--effects", "aoi=off"]) == 0
-    hours = [
-        json.loads((folder / "summary.json").read_text(encoding="utf-8"))["totals"]["full_load_hours"]
-        for folder in (results, tmp_path / "off")
-    ]
-    assert 1 < hours[1] / hours[0] < 1.1
-    assert main([*again, "--overwrite", "--effects", "reflections=off"]) == 2
-    assert "decided when the city was traced" in capfd.readouterr().err
 
 
 def test_a_full_folder_is_not_touched_unless_asked_which_keeps_the_rest(city, tmp_path, capfd):
@@ -220,21 +159,3 @@ def test_progress_tells_rate_and_rest():
         progress("suns", done, 1000, "suns")
     assert 1 <= len(stream.getvalue().splitlines()) <= 2
     assert "suns: 100 %" in stream.getvalue()
-
-
-def test_times_are_said_in_plain_words():
-    told = [describe_duration(seconds) for seconds in (3.1e-5, 0.25, 12.4, 89, 200, 7200)]
-    assert told == ["less than 0.1 s", "0.2 s", "12 s", "89 s", "3 min", "2.0 h"]
-
-
-def test_a_run_without_eligible_surfaces_says_so():
-    none = {"groups": [], "group_count": np.zeros(0, int), "group_area": np.zeros(0)}
-    energy = SimpleNamespace(capacity_factor=np.zeros((8760, 0)), interval=timedelta(hours=1), years=1.0, **none)
-    stream = StringIO()
-    small = {"smaller than 6.25 m²": {"count": 1, "area": 6.0}}
-    totals = {"eligible_area": 0.0, "kinds": {}, "without_modules": small, "dark": {"count": 2, "area": 30.0}}
-    report_outcome(RunLog(stream), "out", energy, totals)
-    first, second, third, last = stream.getvalue().splitlines()
-    assert third == "  in the dark all year, counted: 2 surfaces, 30 m²"
-    assert "no surface is eligible" in first and second.endswith("1 surface, 6 m² smaller than 6.25 m²")
-    assert last.startswith("Written to out in ")

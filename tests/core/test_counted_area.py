@@ -19,7 +19,7 @@ from citypv.core.energy.energy import split_years
 from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.results.write_buildings import sum_buildings
 from citypv.core.results.write_summary import describe_years, sum_totals
-from citypv.core.results.write_tables import write_groups, write_series
+from citypv.core.results.write_tables import write_groups
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
@@ -247,21 +247,6 @@ def test_hours_of_the_sun(tmp_path):
         middle = np.angle((np.exp(2j * np.pi * (rows.index + 0.5) / 24) * rows).sum()) / (2 * np.pi) * 24 % 24
         assert middle == pytest.approx(noon, abs=0.1)
         assert rows.sum() == pytest.approx(energy.capacity_factor.sum(), rel=1e-4)
-
-
-def test_series_of_single_surfaces(berlin, tmp_path):
-    suns = choose_suns("typical-days:4", *berlin.axis)
-    transfer = Horizons(40, 2).transfer(suns)
-    energy = compute_energy(transfer, berlin, build_system(Request(losses=20.0)), series=[7, 3])
-    write_series(tmp_path / "series.csv", transfer, energy)
-    table = pd.read_csv(tmp_path / "series.csv", parse_dates=["time"])
-    assert table["surface_id"].unique().tolist() == ["s7", "s3"]
-    for row in (7, 3):
-        own = table[table["surface_id"] == f"s{row}"]
-        assert (pd.DatetimeIndex(own["time"]) == energy.times).all()
-        assert own["capacity_factor"].sum() == pytest.approx(energy.full_load_hours[row], rel=1e-5)
-        poa = (own["poa_direct"] + own["poa_diffuse"]).sum() / 1000
-        assert poa == pytest.approx(energy.poa_global_annual[row], rel=1e-5)
 
 
 @pytest.fixture(scope="module")

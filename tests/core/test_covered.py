@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards
 
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
@@ -33,27 +33,6 @@ def test_ground_under_a_building_is_covered():
     assert transfer.covered_share[:2].mean() == pytest.approx(0.25, abs=0.03)
     assert transfer.covered_share[2:4].max() == 0  # roof
     assert (transfer.sky_view_factor[:2] < 0.75).all()
-
-
-@pytest.mark.parametrize(("height", "buried"), [(-0.5, True), (0, True), (0.005, True), (3, False)])
-def test_floor_on_the_ground_looks_into_the_earth(height, buried):
-    """A floor on generated ground is dark; a floor on stilts gets light from below."""
-    points, faces = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 1)
-    house = join(box((-5, -5, height), (5, 5, height + 8)))
-    scene = scene_of_triangles(
-        np.concatenate([house.vertices, points]),
-        np.concatenate([house.triangles, faces + len(house.vertices)]),
-        [*range(12), -1, -1],
-    )
-    transfer = run_gather(scene, SUN)
-    floor = np.flatnonzero(transfer.surfaces.surface_tilt == 180)
-    assert len(floor) == 2
-    assert transfer.covered_share[floor] == pytest.approx(float(buried))
-    if buried:
-        assert transfer.diffuse_relative[floor].max() == 0
-        assert transfer.far_ground_view_factor[floor].max() == 0
-    else:
-        assert transfer.diffuse_relative[floor].min() > 0.05
 
 
 def test_covered_parts_stay_dark_without_shadow_rays():

@@ -6,7 +6,7 @@ import pytest
 from test_suns import sunny_directions
 from weathers import HOUR, year_of
 
-from citypv.core.sun.days_of_year import EPOCH, cubic_weights, merge_steps
+from citypv.core.sun.days_of_year import EPOCH, cubic_weights
 from citypv.core.sun.solar_position import solar_days
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
@@ -165,8 +165,3 @@ def test_few_days_take_the_nearest():
     suns = choose_suns("days:4", year_of(), HOUR, 52.5, 13.4)
     assert match_suns(suns, year_of(), HOUR, 52.5, 13.4).index.shape[1] == 1
     assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 26
-
-
-def test_steps_of_traced_suns():
-    found = {minutes: minutes * merge_steps(pd.Timedelta(minutes=minutes)) for minutes in (1, 5, 6, 10, 12, 15, 20, 60)}
-    assert found == {1: 15, 5: 15, 6: 18, 10: 20, 12: 24, 15: 15, 20: 20, 60: 60}

@@ -4,7 +4,6 @@ import numpy as np
 import pvlib
 import pytest
 from planes import DC, SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
-from radiosity import bowl
 from scenes import run_gather, scene_of_triangles
 from small_city import write_small_city
 from test_tracing import SUNS, three_houses
@@ -25,25 +24,6 @@ from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
-
-
-@pytest.mark.parametrize("albedo", [0.25, 0.6])
-def test_a_bowl_loses_a_geometric_series(albedo):
-    """In a half sphere E_n = 1/2 (albedo/2)^n everywhere, so (albedo/2)^(n+1) lies beyond n reflections."""
-    scene = bowl(6)
-    for count in (0, 1, 3):
-        request = Request(albedo=albedo, far_ground=False, max_bounces=count, samples=64, shadow_samples=4, threads=1)
-        transfer = trace_gather(scene, SUNS, request, silent)
-        area = scene.surfaces.area
-        found = area @ transfer.diffuse_relative / area.sum()
-        whole = 0.5 / (1 - albedo / 2)
-        # Facets are a little flatter than the sphere.
-        assert found == pytest.approx(whole * (1 - (albedo / 2) ** (count + 1)), rel=0.02)
-        effect = next(effect for effect in transfer.record.effects if effect["key"] == "reflections")
-        assert 1 - found / whole <= effect["bound"] + 0.02
-        if count == 3:  # what the run itself tells of light beyond its last reflection
-            assert effect["outcome"]["left_out"] == pytest.approx((albedo / 2) ** (count + 1), rel=0.15)
-            assert effect["outcome"]["holds"]
 
 
 def test_nothing_to_reflect_needs_one_reflection():

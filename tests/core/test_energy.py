@@ -135,21 +135,6 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
         assert abs(energy.full_load_hours.sum() / reference.full_load_hours.sum() - 1) < bias
 
 
-def test_groups_are_area_weighted_means(berlin):
-    transfer = Horizons(100, 2).transfer(suns_of(berlin, "typical-days:12"))
-    energy = compute_energy(transfer, berlin)
-    surfaces = transfer.surfaces
-    assert energy.groups[0][0] == "facade" and energy.groups[-1] == ("roof", "west")
-    assert energy.capacity_factor.shape == (8760, len(energy.groups))
-    for column, (kind, orientation) in enumerate(energy.groups):
-        member = surfaces.eligible & (surfaces.kind == kind) & (surfaces.orientation == orientation)
-        assert energy.group_count[column] == member.sum() > 0
-        assert energy.group_area[column] == pytest.approx(surfaces.area[member].sum())
-        mean = np.average(energy.full_load_hours[member], weights=surfaces.area[member])
-        assert energy.capacity_factor[:, column].sum() == pytest.approx(mean, rel=1e-9)
-    np.testing.assert_allclose(energy.full_load_hours_by_month.sum(axis=1), energy.full_load_hours)
-
-
 def test_ground_and_downward_have_no_full_load_hours(berlin):
     transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), [90, 135, 0], [180, 180, 0])
     transfer.surfaces.kind[2] = "ground"
@@ -183,14 +168,6 @@ def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
     np.testing.assert_array_equal(one.capacity_factor, three.capacity_factor)
     done = [report[1] for report in reports]
     assert len(reports) > 3 and done == sorted(done) and done[-1] == reports[-1][2] > 0
-
-
-def test_weather_without_light(berlin):
-    dark = berlin.data.assign(ghi=0.0, dhi=0.0, dni=0.0)
-    night = type(berlin)(dark, HOUR, berlin.latitude, berlin.longitude, 0.0, "dark")
-    energy = compute_energy(unshaded_transfer(suns_of(berlin, "hourly"), TILT, AZIMUTH), night)
-    assert (energy.full_load_hours == 0).all() and (energy.poa_global_annual == 0).all()
-    assert (energy.full_load_hours_standard_error == 0).all()
 
 
 def test_no_surface_at_all(berlin):

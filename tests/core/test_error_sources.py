@@ -74,7 +74,7 @@ def test_the_last_sentence_names_the_largest_part(run):
 
 
 def test_the_sky_model_moves_walls_as_published():
-    """Issue 14: Perez over isotropic at Berlin in 2017, unshaded: south wall +12.1 %, north wall -8.4 %, sky of DHI."""
+    """Perez over isotropic at Berlin in 2017, unshaded: south wall +12.1 %, north wall -8.4 %, sky of DHI."""
     weather = read_weather(ERA5, 52.5, 13.4)
     names = ("facade", "south"), ("facade", "north"), ("flat", "none")
     south, north, flat = shares_of_sky_model(weather, names, 0.25).values()

@@ -55,26 +55,6 @@ def test_both_estimators_give_the_same_year(city, tmp_path):
     assert columns_of(tmp_path / "again")["full_load_hours"] == pytest.approx(other["full_load_hours"], nan_ok=True)
 
 
-@pytest.mark.once
-def test_facades_of_glass(city, tmp_path):
-    """Gather sends photons from the panes for what it cannot follow; forward says the same."""
-    finish = tmp_path / "finish.csv"
-    finish.write_text("surface,material\nfacade,glass\n")
-    assert simulate(city, tmp_path / "gather", "--albedo-file", str(finish)) == 0
-    plan = json.loads((tmp_path / "gather" / "summary.json").read_text("utf-8"))["traced"]["effects"]
-    assert next(effect for effect in plan if effect["key"] == "specular")["on"]
-    options = ("--estimator", "forward", "--samples", "500")
-    assert simulate(city, tmp_path / "glass", *options, "--albedo-file", str(finish)) == 0
-    one, other = (columns_of(tmp_path / name)["diffuse_relative"] for name in ("gather", "glass"))
-    assert np.isfinite(other).all()
-    assert np.mean(one) == pytest.approx(np.mean(other), rel=0.05)
-    summary = json.loads((tmp_path / "glass" / "summary.json").read_text("utf-8"))
-    found = {(row["from"], row["name"]): row for row in summary["albedo"]}
-    assert found["--albedo-file", "facade"]["reflects"] == "as glass or water"
-    assert found["--albedo", ""]["albedo"] == found["--ground-albedo", ""]["albedo"] == 0.25
-    assert sum(row.get("surfaces", 0) for row in found.values()) == summary["input"]["surfaces"]
-
-
 def test_the_plan_of_forward(city, capsys):
     assert main(["effects", str(city), "--estimator", "forward"]) == 0
     said = capsys.readouterr().out

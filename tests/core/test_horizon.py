@@ -26,7 +26,6 @@ from citypv.core.sun.terrain_loss import lost_sky
 from citypv.core.weather.read_weather import read_weather
 
 HOUR = pd.Timedelta(hours=1)
-TEN = np.radians(10)
 
 
 def uniform(height):
@@ -121,13 +120,6 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
     assert_mean(found.far_ground_view_factor, error / 0.4 + 1e-4, ground)
     if estimator == "gather":
         assert found.sky_view_factor == pytest.approx(sky, abs=1e-6)
-
-
-def test_far_ground_off_leaves_terrain_dark(slopes, tmp_path):
-    path = write_angles(tmp_path / "ridge.csv", uniform(10))
-    request = Request(horizon=path, far_ground=False, threads=1)
-    found = trace_gather(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
-    assert found.diffuse_relative[0] == pytest.approx(np.cos(TEN) ** 2, abs=1e-6)
 
 
 def test_a_level_horizon_changes_no_bit(tmp_path):

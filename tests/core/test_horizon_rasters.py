@@ -11,8 +11,6 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.read.read_heights import read_heights
 from citypv.core.read.read_terrain import read_terrain
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.horizon import STEPS, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
 
@@ -104,17 +102,6 @@ def test_a_town_by_the_sea_has_the_horizon_of_all_its_corners(tmp_path):
     north = slice(0, STEPS // 4)
     assert corners[0].elevation[north] == pytest.approx(dry[0].elevation[north], abs=0.05)
     assert corners[0].eye == middle.eye
-
-
-def test_the_plan_says_where_heights_end(tmp_path):
-    path = write_hills(tmp_path / "a.tif", 10, 9.4, 10.052)
-    request = Request(horizon=str(path), weather="clear-sky", suns="days:2", samples=16, threads=1)
-    scene = build_scene(town("EPSG:32732", 10.0, 50.0))
-    reason = prepare_study(scene, read_year(scene.site, request), request).plan["terrain-horizon"].reason
-    assert "from ground at 5 m; heights end 5.5 km away in the east" in reason  # 0.052° of the parallel
-    request = Request(horizon=str(write_hills(tmp_path / "b.tif", 10, 9.4, 10.6)), weather="clear-sky", suns="days:2")
-    reason = prepare_study(scene, read_year(scene.site, request), request).plan["terrain-horizon"].reason
-    assert "heights end" not in reason
 
 
 def test_terrain_of_a_town_on_the_date_line_reaches_to_both_sides(tmp_path):

@@ -3,10 +3,8 @@
 import signal
 import threading
 
-import numpy as np
 import pytest
 
-from citypv.core.light import kept_matrix
 from citypv.core.settings.progress import CancelledError, Interruption, silent
 
 
@@ -42,16 +40,3 @@ def test_in_another_thread_nothing_is_heard():
     thread.start()
     thread.join()
     assert not failed
-
-
-def test_what_is_kept_of_a_large_matrix_comes_into_memory_where_it_has_room(monkeypatch):
-    values = np.random.default_rng(0).random((50, 40)).astype(np.float32)
-    monkeypatch.setattr(kept_matrix, "LIMIT", 4 * 50 * 20)
-    for count, kind in ((30, np.memmap), (20, np.ndarray)):
-        matrix = kept_matrix.keep_matrix(values.shape)
-        for start in (0, 10, 20, 30):
-            matrix[:, start : start + 10] = values[:, start : start + 10]
-        kept = kept_matrix.keep_columns(matrix, count)
-        assert isinstance(kept, kind)
-        assert kept.shape == (50, count)
-        np.testing.assert_array_equal(kept[:], values[:, :count])

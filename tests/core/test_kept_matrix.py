@@ -44,12 +44,6 @@ def test_rows_come_back(small, tmp_path):
     assert np.array_equal(np.concatenate([values for _, values in row_blocks(matrix)]), VALUES)
 
 
-def test_nobody_finds_the_file(small, tmp_path):
-    matrix = on_disk(tmp_path)
-    assert matrix[:].sum() > 0
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_full_disk_is_an_error_before_anything_is_traced(small, tmp_path, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -68,10 +62,6 @@ def test_without_fallocate_zeros_are_written(small, tmp_path, monkeypatch):
 
 def test_workers_can_be_sent_one(small, tmp_path):
     assert np.array_equal(pickle.loads(pickle.dumps(on_disk(tmp_path))), VALUES)
-
-
-def test_small_ones_stay_in_memory():
-    assert not is_on_disk(keep_matrix((10, 10)))
 
 
 def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):

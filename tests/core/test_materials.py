@@ -6,7 +6,7 @@ import numpy as np
 import pvlib
 import pytest
 from mirror_street import finish, light_of_strips, street, trace_street
-from scenes import run_gather, suns_towards
+from scenes import suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
@@ -29,13 +29,6 @@ def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     assert rough[0] < 0.9 * mirror[0]
     assert mirror[3] < 1e-3
     assert rough[3] > 0.02
-
-
-def test_the_brightest_albedo_is_told(tmp_path):
-    suns = suns_towards([[0, 0, 1]])
-    dull = finish(tmp_path, "surface,material\nfacade,brick\n")
-    transfer = run_gather(street(), suns, albedo_file=dull)
-    assert transfer.record.brightest_albedo == pytest.approx(0.3)
 
 
 def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):

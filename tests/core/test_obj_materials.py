@@ -114,11 +114,6 @@ def test_names_and_colours_mean_what_they_mean_in_blender():
     assert named_material("mirror") is named_material("wall") is None
 
 
-def test_a_name_alone_needs_no_library(tmp_path):
-    path = write_cube(tmp_path, ["Brick"], head="")
-    assert albedo_of_triangles(scene_of(path), Request(file_materials=True)) == pytest.approx([0.3] * 12)
-
-
 def test_usemtl_without_a_name(tmp_path):
     path = write_cube(tmp_path, ["grey", "", "grey"], mtl=MTL)
     city = read_city(path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_city import HEAD, house, surface
 
-from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches
+from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, keep_patches
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.specular_light import trace_hybrid
@@ -72,25 +72,6 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
         assert getattr(found, name)[own] == pytest.approx(getattr(expected, name)[counted], rel=1e-4), name
     for name, light in found.sources.items():
         assert light.relative[own] == pytest.approx(expected.sources[name].relative[counted], abs=1e-6)
-
-
-def test_form_factors_have_about_as_many_entries(city):
-    """Hits on others keep apart as far as there are stand-ins; with all of them to the last one."""
-    scene, prepared, _ = city
-    part, _ = choose_part(scene, prepared, ["a", "t"])
-    ray_scene = keep_patches(scene, prepared, part, STAND_INS).prepared.plan.ray_scene
-    assert isinstance(ray_scene, RaysOfPart)
-    generator = np.random.default_rng(1)
-    directions = generator.normal(size=(4_000, 3)).astype(np.float32)
-    middle = scene.vertices[prepared.scene.triangles[part]].mean(axis=(0, 1))
-    origins = np.tile(np.float32(middle + np.array([0, 0, 30])), (4_000, 1))
-    own = prepared.plan.ray_scene.trace_places(origins, directions).triangle
-    rows = ray_scene.trace_places(origins, directions).triangle
-    assert np.array_equal(own < 0, rows < 0)
-    met = (own >= 0) & part[np.maximum(own, 0)]
-    assert met.any() and np.array_equal(np.flatnonzero(part)[rows[met]], own[met])
-    others = (own >= 0) & ~met
-    assert len(np.unique(rows[others])) > 0.5 * min(STAND_INS, len(np.unique(own[others])))
 
 
 def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from small_city import write_small_city
 
-from citypv.core.accuracy.measure_effects import choose_neighbourhood
 from citypv.core.accuracy.pilot import (
     CityYear,
     PilotRun,
@@ -17,50 +15,9 @@ from citypv.core.accuracy.pilot import (
     terms_of_suns,
 )
 from citypv.core.accuracy.price_list import PricedCity
-from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
-
-SIDE = 40  # tiles of a metre
-
-
-@pytest.fixture(scope="module")
-def tiled():
-    """A level square of tiles, each of two triangles, below a roof that shades all of them: PreparedScene."""
-    x, y = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
-    corner = np.stack([x.ravel(), y.ravel(), np.zeros(SIDE**2)], axis=1).astype(float)
-    points = (corner[:, None] + [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]).reshape(-1, 3)
-    faces = (4 * np.arange(SIDE**2)[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)
-    roof = np.array([[0, 0, 5], [SIDE, 0, 5], [0, SIDE, 5]], float)
-    request = Request(ground="none", patch_size=None)
-    scene = join_parts([(points, faces), (roof, np.array([[0, 2, 1]]))])
-    scene.surfaces.eligible[:] = True
-    return prepare_scene(scene, request)
-
-
-def test_errors_are_told_of_the_inner_part_of_a_square(tiled):
-    """Of n tiles, k patches about the middle lie in a square of the side times √(k / 2n)."""
-    square, counted = choose_neighbourhood(tiled, 1600)
-    middle = np.asarray(tiled.scene.vertices, float)[tiled.scene.triangles].mean(axis=1)[:, :2]
-    away = np.abs(middle - SIDE / 2).max(axis=1)
-    for chosen, count in ((square, 1600), (counted[tiled.scene.triangle_surface], 800)):
-        side = SIDE * np.sqrt(count / (2 * SIDE**2))
-        assert (away[chosen] < side / 2 + 1).all()
-        assert chosen[away < side / 2 - 1].sum() >= (away[:-1] < side / 2 - 1).sum()
-    assert not (counted & ~square).any()
-
-
-def test_of_a_middle_without_eligible_surfaces_the_whole_square_counts(tiled):
-    eligible = np.isin(np.arange(len(tiled.scene.surfaces)), (0, 2 * SIDE**2 - 1))  # in opposite corners
-    surfaces = replace(tiled.scene.surfaces, eligible=eligible)
-    square, counted = choose_neighbourhood(replace(tiled, scene=replace(tiled.scene, surfaces=surfaces)), 1800)
-    assert np.array_equal(counted[tiled.scene.triangle_surface], square)
-
-
-def test_of_a_small_city_all_surfaces_count(tiled):
-    square, counted = choose_neighbourhood(tiled, 10_000)
-    assert square.all() and counted.all()
 
 
 @pytest.fixture(scope="module")

@@ -135,12 +135,6 @@ def test_the_tables_are_those_of_the_files(folder, page):
     )
 
 
-def test_the_report_tells_what_was_read_and_assumed(page):
-    for words in ("city.gml", "built-in climate", "EPSG:25833", "open racks", "(Perez)", "1 typical days"):
-        assert words in page.text, words
-    assert "As far as ray tracing" in page.text
-
-
 @pytest.mark.parametrize(("draw", "period", "shift"), [(draw_months, "month", 0), (draw_day, "solar_hour", 0.5)])
 def test_the_lines_are_those_of_groups_csv(folder, results, draw, period, shift):
     groups = pd.read_csv(folder / "groups.csv")

@@ -1,7 +1,5 @@
 """Light on racks: long rows against pvlib's infinite sheds, what shades them and what they shade; and their tables."""
 
-import csv
-
 import numpy as np
 import pytest
 from cities import box
@@ -130,8 +128,3 @@ def test_roofs_with_racks_count_once(new_york):
 
 
 # -- end to end --
-
-
-def read_rows(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))

@@ -13,12 +13,10 @@ import citygml_text as text
 import numpy as np
 import pytest
 from cities import box, make_city
-from test_obj_materials import write_cube
 from transfers import unshaded_transfer
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.join_contents import JOINING
-from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.light import kept_matrix
@@ -185,13 +183,3 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert_whole(kept.of("writing city.glb"))
     write_faces(tmp_path / "faces.csv", transfer, energy, told.append)
     assert told == sorted(told) and told[0] == 0 and 0.5 < told[-1] < 1
-
-
-def test_a_run_tells_each_stage_once(tmp_path, capsys):
-    path = write_cube(tmp_path, [], head="")
-    options = ["--latitude", "50", "--longitude", "10", "--samples", "16", "--suns", "typical-days:1"]
-    assert main(["simulate", str(path), *options, "--cityjson", "--gltf", "--out", str(tmp_path / "out")]) == 0
-    told = capsys.readouterr().err
-    files = ("tables", "transfer.nc", "city.city.json", "city.glb")
-    for stage in (READING, JOINING, *(f"writing {name}" for name in files)):
-        assert told.count(f"  {stage}: 100 %") == 1, stage

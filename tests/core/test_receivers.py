@@ -10,7 +10,6 @@ from weathers import HOUR
 from citypv.core.effects.receivers import choose_turns
 from citypv.core.light.shadow_points import split_net
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.patches.patches import order_nearby
 from citypv.core.rays.sample_points import grid_of
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -119,12 +118,3 @@ def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
     assert choose_turns(full, ground, filled, 16).tolist() == [1, 4, 4, 16, 4, 16]
     assert choose_turns(full, ground, None, 16).tolist() == [1, 4, 4, 4, 4, 4]
     assert choose_turns(full, ground, filled, 8) is None and choose_turns(None, ground, filled, 16) is None
-
-
-def test_patches_in_order_lie_side_by_side():
-    """A grid of 8 x 8 points: each sixteen that follow each other fill one of its four corners."""
-    x, y = np.meshgrid(np.arange(8.0), np.arange(8.0))
-    order = order_nearby(np.column_stack([x.ravel(), y.ravel()]))
-    assert sorted(order) == list(range(64))
-    for part in order.reshape(4, 16):
-        assert np.ptp(part % 8) == np.ptp(part // 8) == 3

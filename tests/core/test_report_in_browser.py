@@ -238,24 +238,6 @@ def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
     assert "Change [MWh]" in chromium.run("byId('buildings').tHead.innerText")
 
 
-def test_a_lost_picture_comes_back(page, tmp_path):
-    """As after sleep, or on a phone that takes the graphics memory for something else."""
-    frame = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-    pictures = []
-    for act in ("1", "(window.lost = view.renderer.getContext().getExtension('WEBGL_lose_context')).loseContext()"):
-        page.run(act)
-        page.run(frame)
-        page.picture(tmp_path / "page.png")
-        pictures.append(imread(tmp_path / "page.png"))
-    page.run(
-        "new Promise((done) => { view.canvas.addEventListener('webglcontextrestored', done); lost.restoreContext(); })"
-    )
-    page.run(frame)
-    page.picture(tmp_path / "page.png")
-    assert np.abs(imread(tmp_path / "page.png") - pictures[0]).max() < 0.02
-    assert np.abs(pictures[1] - pictures[0]).max() > 0.3
-
-
 def test_without_webgl_the_table_is_there(folder):
     browser = start(webgl=False)
     try:

@@ -15,7 +15,6 @@ from citypv.core.rays.sample_points import (
     cosine_direction,
     grid_of,
     points_of_grid,
-    shifted,
     sobol_digits,
     stratified_points,
 )
@@ -86,13 +85,6 @@ def test_cells_tile_the_triangle():
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
     assert area == pytest.approx(1 / 32)  # all counter-clockwise, all congruent
-
-
-def test_shifted_points_stay_in_the_unit_interval():
-    moved = shifted(additive_recurrence(64, 1)[:, 0], uniform(KEYS, 1)[:, 0])
-    assert moved.shape == (5000, 64)
-    assert moved.min() >= 0
-    assert moved.max() < 1
 
 
 def test_sobol_points_are_those_of_scipy():

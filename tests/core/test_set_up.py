@@ -66,16 +66,6 @@ def test_missing_packages_are_one_line_with_what_they_are_for(tool, machine):
     assert "type: sudo sh -c 'apt-get update && apt-get install -y" in line and can_be_pasted(line)
 
 
-def test_python_comes_by_apt_where_apt_has_it(tool, machine, tmp_path):
-    """As in a Debian 13 whose python3 is another one."""
-    machine("apt-cache", "echo python3.13:; echo '  Candidate: 3.13.5-2'")
-    machine("apt-get")
-    python = f"#!/bin/sh\necho 3.13 {tmp_path}/bin/python3.13"
-    machine("sudo", f'case "$*" in *install*) printf "{python}\\n" > {tmp_path}/bin/python3.13;'
-            f" /bin/chmod +x {tmp_path}/bin/python3.13;; esac")  # fmt: skip
-    assert tool.bring_python() == {"3.13": f"{tmp_path}/bin/python3.13"}
-
-
 @pytest.mark.parametrize("case", [
     ("ID=ubuntu\nVERSION_ID=24.04\n", "add-apt-repository -y ppa:deadsnakes/ppa && apt-get install -y python3.13-venv"),
     ("ID=fedora\n", "type: UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"),

@@ -282,24 +282,3 @@ def test_it_says_what_it_rests_on_and_fits_a_phone(page):
         assert words in text
     page.resize(375, 812)
     assert page.run("document.documentElement.scrollWidth") == 375
-
-
-def test_without_webgl_the_table_is_there(address):
-    browser = start(webgl=False)
-    try:
-        browser.call("Page.navigate", url=f"{address}index.html")
-        browser.wait("document.querySelector('#city-buildings tbody tr') !== null")
-        assert "WebGL" in browser.run("byId('note').textContent")
-        browser.run("document.querySelector('#city-buildings td button').click()")
-        assert len(shown_parts(browser)) == 3
-    finally:
-        browser.close()
-
-
-def test_from_a_file_it_says_what_to_do(web):
-    browser = start()
-    try:
-        browser.open(web / "index.html")
-        assert "http.server" in browser.run("byId('note').textContent")
-    finally:
-        browser.close()

@@ -10,9 +10,8 @@ from cities import box
 from flat_roofs import scene_with
 from scenes import run_gather, scene_of_triangles, strip, suns_towards
 from transfers import unshaded_transfer
-from weathers import BARROW, ERA5
+from weathers import BARROW
 
-from citypv.core.commands.command_line import main
 from citypv.core.effects.perez import change_unshaded
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
@@ -160,20 +159,3 @@ def test_the_sky_of_a_transfer():
     weather = read_weather(BARROW, 71.32, -156.62)
     with pytest.raises(InputError, match="--sky perez: the Transfer was traced without the light of the horizon"):
         compute_energy(even, weather, sky="perez")
-
-
-def test_the_command_tells_which_sky(tmp_path, capsys):
-    """Traced for an isotropic sky, weighed again: auto stays isotropic, Perez is refused in one line."""
-    city = str(ERA5.parent / "berlin_3910_5817.gml")
-    few = ["--suns", "typical-days:1", "--samples", "8", "--shadow-samples", "1", "--max-bounces", "1", "--quiet"]
-    run = ["simulate", city, "--weather", str(ERA5), *few, "--sky", "isotropic", "--out", str(tmp_path / "even")]
-    assert main(run) == 0
-    traced = str(tmp_path / "even" / "transfer.nc")
-    again = ["yield", traced, "--weather", str(ERA5), "--quiet", "--out"]
-    assert main([*again, str(tmp_path / "auto")]) == 0
-    assert '"sky": "isotropic",' in (tmp_path / "auto" / "summary.json").read_text(encoding="utf-8")
-    capsys.readouterr()
-    assert main([*again, str(tmp_path / "perez"), "--sky", "perez"]) == 2
-    told = capsys.readouterr().err.strip().splitlines()
-    assert len(told) == 1 and "without the light of the horizon" in told[0]
-    assert not (tmp_path / "perez").exists()

@@ -2,20 +2,16 @@
 
 import json
 import re
-import time
 
 import numpy as np
 import pytest
 
 from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import YieldErrors
-from citypv.core.commands import command_line, spend_budget
 from citypv.core.commands.add_options import settings_of_options
 from citypv.core.commands.choose_settings import free_settings
 from citypv.core.commands.command_line import build_parser
-from citypv.core.commands.run_log import RunLog
 from citypv.core.commands.spend_budget import Offer, choose_offer
-from citypv.core.settings.request import Request
 
 CITY = ["simulate", "x.gml", "--out", "y"]
 
@@ -55,61 +51,6 @@ def test_more_time_is_for_more_days():
 def test_only_what_was_not_given_is_free(arguments, expected):
     options = build_parser().parse_args([*CITY, *arguments])
     assert free_settings(settings_of_options(options)) == expected
-
-
-class SlowMachine:
-    """A clock that goes on by some seconds whenever it is looked at, and the reports of a pilot on it."""
-
-    def __init__(self, seconds):
-        self.now, self.seconds, self.reports = 0.0, seconds, 0
-
-    def monotonic(self):
-        self.now += self.seconds
-        return self.now
-
-    def make_offers(self, inputs, free, progress):
-        for done in range(4):
-            progress("pilot", done, 4, "runs")
-            self.reports += 1
-        return [offer("days:4", 9.0, 1.0, 1.0), offer("days:52", 30.0, 0.2, 1.0, samples=256)], 1.0
-
-
-@pytest.mark.parametrize(
-    "started, seconds, suns, whole", [(0, 2, "days:52", True), (-40, 1, "days:4", True), (0, 12, "days:4", False)]
-)
-def test_planning_counts(started, seconds, suns, whole, monkeypatch):
-    """Of 60 s: 48 are left for tracing; or 13 after reading took 40; on a slow machine the pilot is given up."""
-    machine, log = SlowMachine(seconds), RunLog(None)
-    log.started = started
-    monkeypatch.setattr(spend_budget, "time", machine)
-    monkeypatch.setattr(spend_budget, "make_offers", machine.make_offers)
-    for name in ("prepare_scene", "build_tree"):
-        monkeypatch.setattr(spend_budget, name, lambda *_, **__: None)
-    request = Request(time_budget=60.0)
-    found = spend_budget.spend_budget(None, None, request, ("suns", "samples", "shadow_samples"), log)
-    assert found.suns == suns
-    assert (machine.reports == 4) == whole
-
-
-def test_a_budget_begins_before_anything_large_is_imported(monkeypatch):
-    told = {}
-
-    class Command:
-        Output, EXPORTS = dict, ()
-
-        @staticmethod
-        def simulate(*_, log, **__):
-            told["started"] = log.started
-            return ""
-
-    def load(name):
-        told["import"] = time.monotonic()
-        return Command
-
-    monkeypatch.setattr(command_line, "import_command", load)
-    before = time.monotonic()
-    assert main(["simulate", "x.gml", "--out", "y", "--threads", "1"]) == 0
-    assert before <= told["started"] <= told["import"]
 
 
 @pytest.mark.once

@@ -46,27 +46,3 @@ def test_what_a_texture_tells_is_not_known():
     assert shader_material(RED, roughness=None).brdf() == Lambertian(0.2566)
     assert shader_material(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.2566)
     assert shader_material(None, transmission=1.0).brdf() == Glass(1.52, 2)
-
-
-def test_a_smooth_metal_blurs_the_sun_by_less_than_its_width():
-    """What leaves facets of the largest roughness taken as a mirror lies within the sun's 0.53 degrees, nearly all."""
-    random = np.random.default_rng(1)
-    arriving = np.tile([[0.0, 0.0, 1.0]], (20_000, 1))
-    leaving, _ = Glossy(1.0, SMOOTH**2).sample(arriving, random.random((20_000, 3)))
-    off = np.degrees(np.arctan2(np.hypot(leaving[:, 0], leaving[:, 1]), leaving[:, 2]))
-    assert np.median(off) < 0.53 < np.median(np.degrees(np.arctan2(*_sides(Glossy(1.0, 0.1**2), arriving, random))))
-
-
-def _sides(law, arriving, random):
-    leaving, _ = law.sample(arriving, random.random((len(arriving), 3)))
-    return np.hypot(leaving[:, 0], leaving[:, 1]), leaving[:, 2]
-
-
-def test_a_rough_metal_would_lose_much_between_its_facets():
-    """Under an even sky GGX keeps 71 % at the roughness from which metal counts as dull."""
-    random = np.random.default_rng(2)
-    draws = random.random((100_000, 2))
-    radius, angle = np.sqrt(draws[:, 0]), 2 * np.pi * draws[:, 1]
-    arriving = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)])
-    kept = Glossy(1.0, ROUGH**2).sample(arriving, random.random((100_000, 3)))[1].mean()
-    assert kept == pytest.approx(0.71, abs=0.01)

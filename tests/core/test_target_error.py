@@ -14,7 +14,6 @@ from citypv.core.accuracy.refine import (
     Goal,
     choose_counted,
     decide_stop,
-    describe_round,
     largest_round,
     rounds_needed,
     size_of_round,
@@ -23,7 +22,6 @@ from citypv.core.accuracy.refine import (
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.command_line import build_parser, read_request
-from citypv.core.light.transfer import TraceRecord
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.request import Request
@@ -116,11 +114,6 @@ def test_surfaces_that_are_known_get_no_more_samples():
     assert np.flatnonzero(choose_counted(errors, request, 1.0, surfaces, counted)).tolist() == [some[3]]
     errors.variance["passed_on"] = np.full(4, 9.0)
     assert choose_counted(errors, request, 1.0, surfaces) is None  # most of it is what others pass on
-
-
-def test_a_round_without_eligible_surfaces_names_no_error():
-    record = TraceRecord({}, [], 0, 0.0, 1, 1, {"suns": 2.0}, 2.0, 0.0, 0.0, shadow_rays=4_000_000)
-    assert describe_round(NOTHING, Goal(0.5, None), 1.0, record, "done") == "samples × 1: 2.0 Mrays/s, 2.0 s; done"
 
 
 def summary_of(folder):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from small_city import HEAD, house
 
-from citypv.core.city.scene import OWN
-from citypv.core.cluster.thin_surroundings import WIDTH, cluster_patches, draw_members, thin_surroundings
+from citypv.core.cluster.thin_surroundings import draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, prepare_whole, surround, take_part
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.rays.random_numbers import mix
@@ -58,26 +57,6 @@ def test_a_patch_is_drawn_as_often_as_it_is_met():
         last = np.mean(members % 3 == 2)
         assert not (members % 3 == 0).any()
         assert last == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / clusters))
-
-
-def test_patches_stand_for_their_like_only(tile):
-    """Members of a cluster lie in one cell, look the same way and reflect alike; the tile's own are met themselves."""
-    scene, patches = tile.prepared.scene, tile.prepared.patches
-    cluster = cluster_patches(scene, patches)
-    corners = scene.vertices[scene.triangles].astype(float)
-    own = scene.halo == OWN
-    low, high = corners[own].min(axis=(0, 1))[:2], corners[own].max(axis=(0, 1))[:2]
-    size = np.bincount(cluster)
-    assert (size[cluster[own]] == 1).all() and len(size) < 0.7 * len(cluster) and size.max() > 5
-    for one in np.flatnonzero(size > 1):
-        members = np.flatnonzero(cluster == one)
-        normals, middle = patches.normal[members], corners[members].mean(axis=1)
-        plan = corners[members, :, :2]
-        away = np.maximum(np.maximum(low - plan.max(axis=1), plan.min(axis=1) - high), 0)
-        assert np.ptp(middle, axis=0).max() <= WIDTH * np.hypot(*away.T).min()
-        assert (normals @ normals[0]).min() > np.cos(np.radians(62))  # corner to corner of a facet of 45°
-        assert np.ptp(patches.albedo[members]) == 0
-        assert len(np.unique(scene.triangle_surface[members] < 0)) == 1
 
 
 def test_light_is_that_of_all_patches(tile):

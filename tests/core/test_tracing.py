@@ -10,7 +10,6 @@ from test_covered import box
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.effects.table import TABLE
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
@@ -56,12 +55,6 @@ def test_shadows_off_leave_the_sky_as_it_is():
     assert (off.visible_share >= on.visible_share - on.covered_share[:, None]).all()
     assert (off.visible_share >= on.visible_share)[on.covered_share == 0].all()
     assert off.record.shadow_rays == 0 < on.record.shadow_rays
-
-
-def test_unknown_effect_is_refused():
-    with pytest.raises(InputError, match="no effect is called 'fog'") as caught:
-        run_gather(three_houses(), SUNS, effects={"fog": True})
-    assert all(key in str(caught.value) for key in TABLE)
 
 
 def test_plan_says_why():

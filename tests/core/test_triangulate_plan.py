@@ -6,9 +6,9 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, list_runs, merge_places
+from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, merge_places
 from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge, lowest_around
-from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
+from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
@@ -82,13 +82,6 @@ def test_where_geos_fails_qhull_triangulates_and_what_neither_can_is_refused(mon
         triangulate_plan(np.outer(np.arange(9), [10.0, 20.0]))
 
 
-def test_edges_that_are_no_sides_are_missing():
-    places = scatter(300)
-    triangles = Delaunay(places).simplices
-    assert not find_missing(triangles, np.sort(triangles[:, :2], axis=1).astype(np.int64)).any()
-    assert find_missing(triangles, np.array([[0, 2], [1, 3]])).all()
-
-
 def test_heights_are_linear_in_triangles_and_infinite_beyond():
     places = scatter(300)
     height = np.random.default_rng(4).uniform(0, 50, len(places))
@@ -99,11 +92,6 @@ def test_heights_are_linear_in_triangles_and_infinite_beyond():
     assert np.array_equal(np.isinf(found), np.isnan(expected))
     assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-9)
     assert len(drop_on_triangles(corners, np.empty((0, 2)))) == 0
-
-
-def test_no_edge_hangs_where_none_is_missing():
-    places = np.column_stack([CORNERS, np.zeros(4)])
-    assert len(find_hanging(places[triangulate_plan(CORNERS)], places[np.empty((0, 2), int)])) == 0
 
 
 # -- places in boxes, and feet that hang, as comparing each with each finds them --
@@ -131,11 +119,6 @@ def test_no_places_or_boxes():
     assert not len(find_in_boxes(lay_grid(np.zeros((3, 2)), one[:0]), one[:0])[0])
     place, box = find_in_boxes(lay_grid(np.zeros((3, 2)), one), one)
     assert sorted(place) == [0, 1, 2] and not box.any()
-
-
-def test_runs():
-    run, number = list_runs(np.array([5, 2, 9]), np.array([2, -1, 3]))
-    assert run.tolist() == [0, 0, 2, 2, 2] and number.tolist() == [5, 6, 9, 10, 11]
 
 
 @pytest.mark.parametrize("slope", [0.1, 0.5])
@@ -203,8 +186,3 @@ def test_places_that_differ_stay_apart_in_their_order():
     lowest, place = merge_places(points)
     assert lowest.tolist() == [4, 2, 3, 0]
     assert place.tolist() == [3, 1, 1, 2, 0]
-
-
-def test_no_points():
-    lowest, place = merge_places(np.zeros((0, 3)))
-    assert len(lowest) == len(place) == 0

@@ -12,7 +12,7 @@ from citypv.core.energy.pv_system import dc_system
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.weather import Record
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.draw_world import PICTURES, draw_world_months
+from citypv.core.world.draw_world import PICTURES
 from citypv.core.world.draw_world_maps import (
     draw_world_map,
     edges,
@@ -166,16 +166,3 @@ def test_every_environment_has_a_map_of_what_faces_the_equator(folder):
     np.testing.assert_array_equal(north, hours.sel(environment="city", group="facade_south", latitude=slice(20, 80)))
     roofs = hours.sel(group=["roof_east", "roof_south"])
     assert map_of(roofs, "city")[1] == "East roofs, city"
-
-
-def test_groups_that_an_environment_lacks_have_no_panel(folder):
-    with xr.open_dataset(folder / "world.nc") as dataset:
-        grid = dataset.load().copy(deep=True)
-    assert len(draw_world_months(grid).axes) == 4 + 2  # with a scale for each kind
-    for name in ("full_load_hours", "full_load_hours_by_month"):
-        values = grid[name].to_numpy()
-        values[:, :, 0, [name.startswith("roof") for name in grid["group"].to_numpy()]] = np.nan
-    axes = draw_world_months(grid).axes
-    assert [one.get_title() for one in axes] == ["East facades", "South facades", ""]
-    traced = grid.sel(environment=["city"], group=[one != "facade_south" for one in grid["group"].to_numpy()])
-    assert draw_world_map(traced).axes[0].get_title() == "North facades, city"
