@@ -21,11 +21,10 @@ LONG = 0.2  # [s]
 LAWS = (
     "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
-    "core/test_closed_forms.py::test_street_canyon[3]",
+    "core/test_closed_forms.py::test_street_canyon[run_gather-3]",
+    "core/test_closed_forms.py::test_street_canyon[run_forward-1]",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[True-hourly",
-    "core/test_forward.py::test_far_ground_off",
-    "core/test_forward.py::test_street_canyon[1-",
     "core/test_forward.py::test_where_the_light",
     "core/test_specular.py::test_sun_in_a_mirror_facade[forward-30.0-1]",
     "core/test_measure_effects.py::test_sun_that_a_wall",
@@ -40,7 +39,7 @@ THOROUGH = ("core/test_forward_agrees.py::test_town",)
 # Blender, processes and signals, readers and writers.
 MAY_DIFFER = (
     *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
-    *("core/test_closed_pipe", "core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
+    *("core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
     *("core/test_city", "core/test_weather", "core/test_plot"),
 )
 # Files whose tests trace the same scenes, and do so once where they run in one process.

@@ -1,4 +1,7 @@
-"""Blender as a Python module, kept away from anybody's settings, and a small city to show in it."""
+"""Blender as a Python module, kept away from anybody's settings, and a small city to show in it.
+
+Helpers beside these tests and beside those of the core can be imported by their names.
+"""
 
 import os
 import re
@@ -6,85 +9,37 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
+sys.path.insert(0, str(Path(__file__).parent))  # first: both have a test_materials
 # Blender reads this when it is imported.
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="citypv-blender-")
 
 import bpy
-import numpy as np
-import pandas as pd
 import pytest
+from small_city import surface, write_gml
 from steps import run
+from street import STREET, describe_house
 
 import citypv
 from citypv.core.city.build_scene import build_scene
-from citypv.core.energy.energy import Energy
-from citypv.core.light.transfer import Transfer
 from citypv.core.read.read_city import read_city
-from citypv.core.sun.suns import Suns
+from citypv.core.settings.request import Request
+from citypv.core.study import compute_energy, read_year, trace_scene
 from citypv.operators.attributes import write_classes, write_results
 from citypv.operators.city.build_meshes import build_meshes, show_objects
-
-EAST, NORTH = 391500.0, 5817800.0  # Berlin, EPSG:25833
-POLYGON = (
-    "<bldg:boundedBy><bldg:{name}><bldg:lod2MultiSurface><gml:MultiSurface><gml:surfaceMember>"
-    '<gml:Polygon gml:id="{id}"><gml:exterior><gml:LinearRing><gml:posList>{points}</gml:posList></gml:LinearRing>'
-    "</gml:exterior></gml:Polygon></gml:surfaceMember></gml:MultiSurface></bldg:lod2MultiSurface></bldg:{name}></bldg:boundedBy>"
-)
-CITY = (
-    '<?xml version="1.0" encoding="UTF-8"?><CityModel xmlns="http://www.opengis.net/citygml/2.0" '
-    'xmlns:gml="http://www.opengis.net/gml" xmlns:bldg="http://www.opengis.net/citygml/building/2.0">'
-    '<gml:boundedBy><gml:Envelope srsName="EPSG:25833" srsDimension="3"><gml:lowerCorner>0 0 0</gml:lowerCorner>'
-    "<gml:upperCorner>1 1 1</gml:upperCorner></gml:Envelope></gml:boundedBy>{houses}</CityModel>"
-)
-
-
-def describe_house(name, x, y, size=(10.0, 8.0, 6.0), ridge=3.0):
-    """Write a house with a gable roof: 7 surfaces; the ridge runs from west to east."""
-    width, depth, height = size
-    a, b, c, d = (x, y), (x + width, y), (x + width, y + depth), (x, y + depth)
-    low, eave, top = 35.0, 35.0 + height, 35.0 + height + ridge
-    west, east = (x, y + depth / 2, top), (x + width, y + depth / 2, top)
-    surfaces = {
-        "GroundSurface": [[(*p, low) for p in (a, d, c, b)]],
-        "WallSurface": [
-            [(*a, low), (*b, low), (*b, eave), (*a, eave)],
-            [(*b, low), (*c, low), (*c, eave), east, (*b, eave)],
-            [(*c, low), (*d, low), (*d, eave), (*c, eave)],
-            [(*d, low), (*a, low), (*a, eave), west, (*d, eave)],
-        ],
-        "RoofSurface": [[(*a, eave), (*b, eave), east, west], [(*c, eave), (*d, eave), west, east]],
-    }
-    text = ""
-    for theme, rings in surfaces.items():
-        for number, ring in enumerate(rings):
-            points = " ".join(f"{value:.3f}" for point in [*ring, ring[0]] for value in point)
-            text += POLYGON.format(name=theme, id=f"{name}_{theme}_{number}", points=points)
-    return f'<cityObjectMember><bldg:Building gml:id="{name}">{text}</bldg:Building></cityObjectMember>'
-
-
-def describe_street():
-    """Three houses."""
-    return [describe_house(f"house{i}", EAST + x, NORTH + y) for i, (x, y) in enumerate(((0, 0), (14, 0), (2, 22)))]
-
-
-def write_city(folder, name, houses):
-    path = folder / name
-    path.write_text(CITY.format(houses="".join(houses)), encoding="utf-8")
-    return path
 
 
 @pytest.fixture(scope="session")
 def city_file(tmp_path_factory):
     """A street with three houses as CityGML: 21 surfaces."""
-    return write_city(tmp_path_factory.mktemp("city"), "street.gml", describe_street())
+    return write_gml(tmp_path_factory.mktemp("city") / "street.gml", *STREET)
 
 
 @pytest.fixture(scope="session")
 def tower_file(tmp_path_factory):
     """The street with a fourth house of its own ids, 40 m higher, to the south of the first."""
-    tower = describe_house("tower", EAST, NORTH - 12, (10.0, 8.0, 46.0))
-    return write_city(tmp_path_factory.mktemp("tower"), "street_with_tower.gml", [*describe_street(), tower])
+    tower = describe_house("tower", (0, -12), (10, 8, 46))
+    return write_gml(tmp_path_factory.mktemp("tower") / "street_with_tower.gml", *STREET, tower)
 
 
 def turn_ring(found):
@@ -95,15 +50,11 @@ def turn_ring(found):
 @pytest.fixture(scope="session")
 def row_file(tmp_path_factory):
     """Two houses wall to wall; of the second a roof faces down, and a wall is a line."""
-    first, second = (describe_house(name, EAST + x, NORTH) for name, x in (("a", 0.0), ("b", 10.0)))
-    second, turned = re.subn(r"(b_RoofSurface_0.*?posList>)([^<]+)(<)", turn_ring, second, count=1)
-    line = re.search(r"<bldg:boundedBy>.*?</bldg:boundedBy>", second)[0]
-    x, y = EAST + 10, NORTH
-    flat = re.sub(r"posList>[^<]+<", f"posList>{x} {y} 35 {x + 5} {y} 35 {x + 9} {y} 35 {x} {y} 35<", line)
-    second = second.replace(line, line + flat.replace("b_GroundSurface_0", "b_line"))
+    second, turned = re.subn(r"(b_roof_south.*?posList>)([^<]+)(<)", turn_ring, describe_house("b", (10, 0)), count=1)
+    line = surface("WallSurface", "b_line", [(10, 0, 0), (15, 0, 0), (19, 0, 0)])
+    second = second.replace("</bldg:Building>", line + "</bldg:Building>")
     assert turned == 1
-    assert "b_line" in second
-    return write_city(tmp_path_factory.mktemp("row"), "row.gml", [first, second])
+    return write_gml(tmp_path_factory.mktemp("row") / "row.gml", describe_house("a", (0, 0)), second)
 
 
 @pytest.fixture(scope="session")
@@ -113,60 +64,22 @@ def scene(city_file):
 
 
 @pytest.fixture(scope="session")
-def transfer(scene):
-    """Numbers that name their surface, as if they had been traced."""
-    count = len(scene.surfaces)
-    random = np.random.default_rng(1)
-    suns = Suns("hourly", np.array([[0.0, -0.6, 0.8]]), np.ones(1), np.zeros(1, np.int32), np.zeros(1, np.int32))
-    return Transfer(
-        surfaces=scene.surfaces,
-        site=scene.site,
-        suns=suns,
-        covered_share=np.zeros(count),
-        sky_view_factor=random.random(count),
-        far_ground_view_factor=np.zeros(count),
-        ground_albedo=0.25,
-        diffuse_relative=random.random(count),
-        diffuse_relative_standard_error=np.full(count, 0.01),
-        visible_share=np.ones((count, 1), np.float32),
-        direct_reflected=np.zeros((count, 1), np.float32),
-        direct_annual_standard_error=np.full(count, 0.01),
-    )
+def light(scene):
+    """What a quick run traced and weighed under a clear sky: a Transfer and an Energy."""
+    request = Request(weather="clear-sky", samples=16, shadow_samples=2, suns="days:2", threads=1)
+    weather = read_year(scene.site, request)
+    transfer = trace_scene(scene, weather, request)
+    return transfer, compute_energy(transfer, weather, request)
 
 
 @pytest.fixture(scope="session")
-def energy(scene):
-    """Numbers that name their surface, as if a year had been weighed; none for ground and downward surfaces."""
-    surfaces = scene.surfaces
-    count, random = len(surfaces), np.random.default_rng(2)
-    idle = np.isin(surfaces.kind, ["ground", "downward"])
-    hours = np.where(idle, np.nan, 300 + 900 * random.random(count))
-    return Energy(
-        direct_relative_annual=random.random(count),
-        direct_relative_annual_standard_error=np.full(count, 0.01),
-        poa_global_annual=1000 * random.random(count),
-        full_load_hours=hours,
-        full_load_hours_dc=1.2 * hours,
-        full_load_hours_standard_error=np.where(idle, np.nan, 5 * random.random(count)),
-        full_load_hours_by_month=np.outer(hours, np.full(12, 1 / 12)),
-        full_load_hours_by_year=np.zeros((count, 0)),
-        times=pd.date_range("2021-01-01", periods=4, freq="h", tz="UTC"),
-        interval=pd.Timedelta("1h"),
-        groups=[("facade", "south")],
-        group_count=np.array([3]),
-        group_area=np.array([180.0]),
-        group_standard_error=np.array([1.0]),
-        group_dc=np.array([900.0]),
-        sampling_error=1.0,
-        capacity_factor=np.full((4, 1), 0.25),
-        years=1.0,
-        longitude=13.4,
-        eligible=surfaces.eligible,
-        flat_roof=np.zeros(count, bool),
-        open_area=surfaces.area,
-        counted_area=np.where(surfaces.eligible, surfaces.area, 0.0),
-        module_area=np.where(surfaces.eligible, surfaces.area, 0.0),
-    )
+def transfer(light):
+    return light[0]
+
+
+@pytest.fixture(scope="session")
+def energy(light):
+    return light[1]
 
 
 @pytest.fixture

@@ -32,19 +32,19 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     city = run("import_city", albedo_source="materials", albedo=0.2, city_path=str(city_file), days=1, samples=16)
     names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
     city.data.materials.append(None)
-    give(city, build_material("Slate"), np.char.find(names, "Roof") >= 0)
+    give(city, build_material("Slate"), np.char.find(names, "roof") >= 0)
     city = run("classify", split=True, grid_size=4.0)
     session = find_session(city)
     given = materials_of(session)
-    assert {name for name, material in given.items() if material} == {name for name in given if "Roof" in name}
+    assert {name for name, material in given.items() if material} == {name for name in given if "roof" in name}
     assert any("#" in name for name in given)
     # The colours of the kinds stand on the faces now; one cell of a wall is painted over them.
-    cell = list(given).index("house0_WallSurface_0#1")
+    cell = list(given).index("house0_south#1")
     give(city, build_material("lime", (0.7, 0.7, 0.7)), read_face_attribute(city.data, "surface") == cell)
     run("trace")
-    assert materials_of(session) == given | {"house0_WallSurface_0#1": "lime"}
+    assert materials_of(session) == given | {"house0_south#1": "lime"}
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
-    count = sum("Roof" in name for name in given)
+    count = sum("roof" in name for name in given)
     assert rows["Slate"] == ["0.100", str(count)]
     assert rows["lime"] == ["0.700", "1"]
     assert rows["one value"] == ["0.200", str(len(given) - count - 1)]
@@ -52,7 +52,7 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     # What was given is remembered, with the whole wall, when the city is classified anew.
     run("classify", split=False)
     session = session_here()
-    assert materials_of(session)["house0_WallSurface_0"] == "lime"
+    assert materials_of(session)["house0_south"] == "lime"
     assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
 
 

@@ -86,41 +86,6 @@ def test_codes_get_the_colour_of_their_class():
     np.testing.assert_allclose(found, [srgb_colour(CLASS_COLOURS["kind"][name]) for name in KIND_CODES])
 
 
-def test_the_material_is_a_chain_to_an_emission(shown):
-    scale = colour_faces(*shown, "full_load_hours", low=250.0, high=1100.0)
-    material = shown[0].data.materials[0]
-    node, chain = material.node_tree.get_output_node("ALL"), []
-    while True:
-        chain.append(node)
-        links = [link for socket in node.inputs for link in socket.links]
-        if not links:
-            break
-        assert len(links) == 1
-        node = links[0].from_node
-    kinds = ["OutputMaterial", "Emission", "ValToRGB", "MapRange", "Attribute"]
-    assert [node.bl_idname for node in chain] == ["ShaderNode" + kind for kind in kinds]
-    attribute, map_range, ramp = chain[4], chain[3], chain[2]
-    assert (attribute.attribute_type, attribute.attribute_name) == ("GEOMETRY", "citypv_full_load_hours")
-    assert (map_range.inputs["From Min"].default_value, map_range.inputs["From Max"].default_value) == (250, 1100)
-    assert len(ramp.color_ramp.elements) == len(scale.stops)
-    for place in (0.0, 0.31, 0.5, 1.0):
-        expected = colours_of_values(scale, [250 + place * 850])[0]
-        linear = np.where(expected <= 0.04045, expected / 12.92, ((expected + 0.055) / 1.055) ** 2.4)
-        np.testing.assert_allclose(ramp.color_ramp.evaluate(place)[:3], linear, atol=1e-6)
-
-
-def test_missing_values_get_the_grey_material(shown):
-    city, ground = shown
-    colour_faces(city, ground, "full_load_hours")
-    slots = np.empty(len(city.data.polygons), dtype=np.int32)
-    city.data.polygons.foreach_get("material_index", slots)
-    missing = np.isnan(read_face_attribute(city.data, "full_load_hours"))
-    assert missing.any()
-    np.testing.assert_array_equal(slots == 1, missing)
-    assert [material.name for material in city.data.materials] == ["CityPV colours", "CityPV missing"]
-    assert [material.name for material in ground.data.materials] == ["CityPV ground"]
-
-
 def test_the_solid_view_shows_the_same_colours(shown):
     city, ground = shown
     scale = colour_faces(city, ground, "full_load_hours")

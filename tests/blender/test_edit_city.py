@@ -50,6 +50,17 @@ def hours_of(session):
     return dict(zip(session.transfer.surfaces.surface_id, session.energy.full_load_hours.tolist(), strict=True))
 
 
+def update():
+    """Press Update, after Blender has noticed what was edited."""
+    bpy.context.view_layer.update()
+    run("update")
+
+
+def sums_here():
+    """Rows of the table of sums, by name."""
+    return {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+
+
 def refuse_to_trace(monkeypatch):
     """What is computed from here on fails."""
 
@@ -122,7 +133,7 @@ def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city
     run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
     add_tower()
     run("add_to_city")
-    rows = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    rows = sums_here()
     found, error = rows["existing"]["change"], rows["existing"]["error"]
     session = session_here()
     request = replace(session.base.request, seed=7, samples=256, shadow_samples=32)
@@ -181,15 +192,12 @@ def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(t
     run("update")
     assert "tower" in session_here().transfer.surfaces.building_id
     tower.hide_set(True)
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     assert hours_of(session_here()) == pytest.approx(alone, nan_ok=True)
     tower.hide_set(False)
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     bpy.data.objects.remove(tower)
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     assert hours_of(session_here()) == pytest.approx(alone, nan_ok=True)
 
 
@@ -206,8 +214,7 @@ def test_a_building_becomes_an_object_and_is_raised(traced):
         if vertex.co.z > 0.1:
             vertex.co.z += 10
     house.data.update()
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     assert set(session_here().transfer.surfaces.surface_id) == set(names)
     assert_full_run(session_here())
     assert max(vertex.co.z for vertex in house.data.vertices) == pytest.approx(top + 10)
@@ -269,13 +276,11 @@ def test_a_city_of_meshes_is_edited_as_well(addon):
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     run("take_meshes", "classify", "trace", "energy", samples=32, shadow_samples=4, days=4)
     boxes[1].location.z += 10
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     assert describe_edit(here()) == ("", "")
     assert_full_run(session_here())
     bpy.data.objects.remove(boxes[2])
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     assert set(session_here().transfer.surfaces.building_id) == {"box0", "box1"}
     assert_full_run(session_here())
 
@@ -287,13 +292,12 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     run("add_to_city")
     found = {"B": hours_of(session_here())}
     assert here()["citypv_variant"] == "B"
-    table = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    table = sums_here()
     run("new_variant")
     moved = next(item for item in list_members(here()))
     assert moved.name != "tower" and not bpy.data.objects["tower"].visible_get()
     moved.location.x += 25
-    bpy.context.view_layer.update()
-    run("update")
+    update()
     found["C"] = hours_of(session_here())
     assert set(found["C"]) == set(found["B"]) and found["B"] != pytest.approx(found["C"], nan_ok=True)
     refuse_to_trace(monkeypatch)
@@ -308,12 +312,12 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
         if name in found:
             assert hours_of(session_here()) == pytest.approx(found[name], rel=0, abs=0, nan_ok=True)
     assert bpy.ops.citypv.compare_variant(name=cities["A"]) == {"FINISHED"}
-    again = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    again = sums_here()
     assert again["new"] == table["new"]
     assert again["existing"]["change"] == pytest.approx(table["existing"]["change"], abs=1e-3)
     assert bpy.ops.citypv.switch_city(name=cities["A"]) == {"FINISHED"}
     assert bpy.ops.citypv.compare_variant(name=cities["B"]) == {"FINISHED"}
-    back = {row["name"]: row for row in json.loads(here()["citypv_compared"])["sums"]}
+    back = sums_here()
     assert back["existing"]["change"] == pytest.approx(-table["existing"]["change"], abs=1e-3)
     assert back["gone"]["before"] == pytest.approx(table["new"]["after"])
     assert 0 < back["existing"]["error"] < 3 * table["existing"]["error"]

@@ -1,6 +1,5 @@
 """What stands on the faces equals the arrays of core, bit for bit, also after saving."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -13,7 +12,6 @@ from citypv.operators.attributes import (
     ORIENTATION_CODES,
     QUANTITIES,
     read_face_attribute,
-    write_classes,
     write_face_attribute,
     write_results,
 )
@@ -93,14 +91,6 @@ def test_the_manual_names_every_attribute_and_code():
         assert f"`citypv_{name}`" in text
 
 
-def test_a_new_trace_removes_what_an_earlier_weather_made(shown, transfer):
-    city, ground = shown
-    write_results(city, ground, transfer)
-    for item in shown:
-        assert "citypv_full_load_hours" not in item.data.attributes
-        assert "citypv_diffuse_relative" in item.data.attributes
-
-
 def test_a_mesh_that_was_edited_is_refused(scene, transfer):
     city, ground = build_meshes(scene)
     write_face_attribute(city.data, "surface", np.full(len(city.data.polygons), len(scene.surfaces)))
@@ -109,14 +99,3 @@ def test_a_mesh_that_was_edited_is_refused(scene, transfer):
     city.data.attributes.remove(city.data.attributes["citypv_surface"])
     with pytest.raises(InputError, match="do not match"):
         write_results(city, ground, transfer)
-
-
-def test_a_scene_without_generated_ground_has_no_ground_object(scene, transfer, energy):
-    own = scene.triangle_surface >= 0
-    own_rows = {name: getattr(scene, name)[own] for name in ("triangles", "triangle_surface", "footprint", "closure")}
-    bare = replace(scene, **own_rows)
-    city, ground = build_meshes(bare)
-    write_classes(city, ground, bare.surfaces)
-    write_results(city, ground, transfer, energy)
-    assert ground is None
-    assert len(city.data.polygons) == own.sum()

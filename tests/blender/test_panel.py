@@ -1,7 +1,5 @@
 """What a user of the panel presses, one thing at a time, and what must not change behind their back."""
 
-import re
-from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
@@ -12,10 +10,7 @@ from steps import here, run
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, state_of_step
 from citypv.operators.picture.stage_picture import copy_view, stage_picture
-from citypv.operators.result.select_faces import read_selection
 from citypv.operators.session import close_sessions, list_cities
-
-WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
 
 def run_steps(path, *steps):
@@ -138,28 +133,3 @@ def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
     assert "citypv_full_load_hours" not in second.data.attributes
     with pytest.raises(RuntimeError, match="Metropolis: there is no such city"):
         bpy.ops.citypv.switch_city(name="Metropolis")
-
-
-def test_the_highlight_lies_on_the_selected_faces(addon, city_file):
-    from citypv.operators.picture.draw_view import lift_faces
-
-    city = run_steps(city_file, "import_city", "classify")
-    bpy.ops.citypv.select_group(group="orientation/south")
-    points = lift_faces(city.data).reshape(-1, 3, 3)
-    assert len(points) == read_selection(city.data).sum()
-    normals = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
-    assert (normals[:, 1] < 0).all()  # towards the south
-
-
-def test_weather_from_far_away_is_refused_and_flagged(addon, city_file):
-    """From Berlin to the station in New York's Central Park it is 6,386 km (`tests/core/test_weather_place.py`)."""
-    city = run_steps(city_file, "import_city", "classify", "trace")
-    addon.weather = "file"
-    addon.weather_file = str(WEATHER / "USA_NY_New.York-CentralPark_TMY3.epw.gz")
-    with pytest.raises(RuntimeError, match=r"from the latitude 52\.50° that was traced; .* or Within \[km\] 1310"):
-        bpy.ops.citypv.energy()
-    run("energy", allow_distance=1400)
-    away = re.fullmatch(r"from a place (.*) km away, whose sun is used", city["citypv_weather_place"])
-    assert float(away[1].replace(",", "")) == pytest.approx(6386, rel=0.01)
-    run("energy", weather="climate")
-    assert city["citypv_weather_place"] == ""

@@ -21,7 +21,7 @@ def number(text):
 def test_a_face_tells_what_its_surface_is_and_yields(city):
     """A roof of the street: 10 m × 5 m, 3 m up over 4 m, to the south."""
     session = find_session(city)
-    row = session.scene.surfaces.surface_id.index("house0_RoofSurface_0")
+    row = session.scene.surfaces.surface_id.index("house0_roof_south")
     face = int(np.flatnonzero(read_face_attribute(city.data, "surface") == row)[0])
     assert bpy.ops.citypv.probe(face=face) == {"FINISHED"}
     words = told(city)

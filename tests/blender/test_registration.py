@@ -8,10 +8,8 @@ import bpy
 import pytest
 
 import citypv
-from citypv.citypv_addon import CLASSES
 
 HEAVY = ["pvlib", "tsam", "pandas", "scipy", "embreex", "xarray", "lxml", "shapely", "pyproj", "numba"]
-STEPS = ["import_city", "classify", "trace", "energy", "colour", "render"]
 
 
 def run_python(code):
@@ -24,16 +22,6 @@ def test_enabling_loads_nothing_heavy():
     done = run_python(code)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip().splitlines()[-1] == "[]"
-
-
-def test_every_step_has_an_operator_and_a_panel(addon):
-    for step in STEPS:
-        operator = getattr(bpy.ops.citypv, step).get_rna_type()
-        assert operator.description, step
-    panels = [item for item in CLASSES if issubclass(item, bpy.types.Panel) and item.bl_space_type == "VIEW_3D"]
-    assert {panel.bl_category for panel in panels} == {"CityPV"}
-    steps = ["1  Import", "2  Classify", "3  Trace", "4  Energy", "5  Colour"]
-    assert [panel.bl_label for panel in panels[1:]] == [*steps, "Probe", "Results", "Timeline", "What if"]
 
 
 @pytest.mark.parametrize("step", ["classify", "trace", "energy", "colour", "render"])

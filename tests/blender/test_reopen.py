@@ -1,6 +1,7 @@
 """A file that was saved and is opened again: weather, module and colours change as before."""
 
 import shutil
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -77,21 +78,19 @@ def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
     np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
 
 
-def test_light_that_is_missing_is_named(saved):
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (Path.unlink, r"city\.City\.citypv\.nc with the traced light is not beside this file"),
+        (lambda path: path.write_bytes(b"no NetCDF"), r"city\.City\.citypv\.nc: cannot be read as NetCDF"),
+    ],
+    ids=["missing", "damaged"],
+)
+def test_light_that_cannot_be_read_is_an_error_in_one_line(saved, spoil, words):
     path, _ = saved
-    (path.parent / "city.City.citypv.nc").unlink()
-    city, _ = reopen(path)
-    words = "city.City.citypv.nc with the traced light is not beside this file"
-    assert describe_missing(city).startswith(words)
-    with pytest.raises(RuntimeError, match=words):
-        bpy.ops.citypv.energy()
-
-
-def test_light_that_is_damaged_is_an_error_in_one_line(saved):
-    path, _ = saved
-    (path.parent / "city.City.citypv.nc").write_bytes(b"no NetCDF")
+    spoil(path.parent / "city.City.citypv.nc")
     reopen(path)
-    with pytest.raises(RuntimeError, match=r"city\.City\.citypv\.nc: cannot be read as NetCDF"):
+    with pytest.raises(RuntimeError, match=words):
         bpy.ops.citypv.energy()
 
 

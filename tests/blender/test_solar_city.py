@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from steps import here, run
 
-from citypv.core.light import sun_blocks
-from citypv.core.settings.progress import SUN_STAGE, CancelledError
+from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
-from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.result.summarise import sum_totals, summarise_energy
@@ -87,21 +85,6 @@ def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_f
     assert states(quick) == ["done"] * 4
     bpy.ops.citypv.classify()
     assert states(quick) == ["done", "done", "next", ""]
-
-
-def test_a_cancelled_run_keeps_its_suns_and_weighs_them(quick, city_file, monkeypatch):
-    quick.typical_days = 6
-    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
-
-    def cancel(stage, done, total, unit):
-        if stage == SUN_STAGE and done >= total / 2:
-            raise CancelledError
-
-    monkeypatch.setattr(run_step, "silent", cancel)
-    assert bpy.ops.citypv.solar_city(filepath=str(city_file)) == {"FINISHED"}
-    city = here()
-    assert city["citypv_interrupted"].startswith("Interrupted: kept ")
-    assert np.isfinite(read_face_attribute(city.data, "full_load_hours")).any()
 
 
 def test_a_dropped_weather_file_is_used_at_once(quick, city_file):

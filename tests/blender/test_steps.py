@@ -3,7 +3,10 @@
 import bpy
 import numpy as np
 import pytest
+from reliefs import relief
+from small_city import write_gml
 from steps import run
+from street import STREET
 
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
@@ -56,7 +59,7 @@ def test_tracing_anew_takes_back_the_energy(addon, city_file):
         bpy.ops.citypv.colour()
 
 
-TERRAIN = "ncols 3\nnrows 3\nxllcorner 391440\nyllcorner 5817740\ncellsize 60\nnodata_value -9999\n" + 3 * "37 37 37\n"
+TERRAIN = "ncols 3\nnrows 3\nxllcorner 389940\nyllcorner 5817940\ncellsize 60\nnodata_value -9999\n" + 3 * "32 32 32\n"
 
 
 def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
@@ -65,7 +68,7 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     addon.ground, addon.terrain = "terrain", str(path)
     city, ground = run_steps(city_file, "import_city", "classify")
     heights = read_vertices(ground)[:, 2]
-    # The walls begin at 35 m; the terrain, at 37 m, cuts them.
+    # The walls begin at 30 m; the terrain, at 32 m, cuts them.
     assert heights.max() == pytest.approx(2.0, abs=1e-4)
     session = find_session(city)
     assert len(session.scene.report.repaired["continues below the terrain, cut off at it"]) >= 3
@@ -73,23 +76,10 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     assert "continues below the terrain, cut off at it" in rows
 
 
-TRIANGLE = (
-    "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>{}</gml:posList></gml:LinearRing></gml:exterior>"
-    "</gml:Triangle>"
-)
-RELIEF = (
-    '<cityObjectMember><dem:ReliefFeature xmlns:dem="http://www.opengis.net/citygml/relief/2.0"><dem:reliefComponent>'
-    "<dem:TINRelief><dem:tin><gml:TriangulatedSurface><gml:trianglePatches>{}</gml:trianglePatches>"
-    "</gml:TriangulatedSurface></dem:tin></dem:TINRelief></dem:reliefComponent></dem:ReliefFeature></cityObjectMember>"
-)
-
-
 def test_terrain_of_the_file_is_shown_and_stood_on(addon, city_file, tmp_path):
-    """At 37 m, two triangles; the street begins at 35 m."""
-    a, b, c, d = "391300 5817600 37", "391700 5817600 37", "391700 5818000 37", "391300 5818000 37"
-    triangles = "".join(TRIANGLE.format(" ".join(ring)) for ring in ((a, b, c, a), (a, c, d, a)))
-    path = tmp_path / "street.gml"
-    path.write_text(city_file.read_text("utf-8").replace("</CityModel>", RELIEF.format(triangles) + "</CityModel>"))
+    """Two triangles, 2 m above the level on which the street begins."""
+    corners = [(-200, -200, 2), (200, -200, 2), (200, 200, 2), (-200, 200, 2)]
+    path = write_gml(tmp_path / "street.gml", *STREET, relief(corners, [(0, 1, 2), (0, 2, 3)]))
     city, ground = run_steps(path, "import_city")
     assert len(ground.data.polygons) == 2
     assert read_vertices(ground)[:, 2] == pytest.approx(2.0, abs=1e-4)
@@ -105,7 +95,7 @@ def test_terrain_that_cannot_be_used_is_an_error_in_one_line(addon, city_file, t
     with pytest.raises(RuntimeError, match="Terrain: no file is chosen; choose a terrain file"):
         bpy.ops.citypv.classify()
     path = tmp_path / "far.asc"
-    path.write_text(TERRAIN.replace("391440", "491440"))
+    path.write_text(TERRAIN.replace("389940", "489940"))
     addon.terrain = str(path)
     with pytest.raises(RuntimeError, match=r"far\.asc: ") as told:
         bpy.ops.citypv.classify()

@@ -32,7 +32,7 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     sun = pvlib.solarposition.get_solarposition(start, session.weather.latitude, session.weather.longitude)
     zenith, azimuth = float(sun["apparent_zenith"].iloc[0]), float(sun["azimuth"].iloc[0])
     values, faces = (read_face_attribute(traced.data, name) for name in ("direct_irradiance", "surface"))
-    south = [row for row, name in enumerate(surfaces.surface_id) if "RoofSurface_0" in name]
+    south = [row for row, name in enumerate(surfaces.surface_id) if "roof_south" in name]
     assert south
     for row in south:
         expected = pvlib.irradiance.aoi_projection(

@@ -148,19 +148,6 @@ def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
     assert "Traceback" not in window.read_log()
 
 
-def test_the_report_opens_as_text(window):
-    press(window, "citypv.show_report")
-    window.wait_for("'CityPV report' in bpy.data.texts")
-    text = window.ask("answer = bpy.data.texts['CityPV report'].as_string()")
-    assert "3 buildings, 0 parts, 21 surfaces" in text
-    windows = "(w for w in bpy.context.window_manager.windows for a in w.screen.areas if a.type == 'TEXT_EDITOR')"
-    editor = f"next({windows}, None)"
-    window.wait_for(f"{editor} is not None")
-    time.sleep(1)
-    window.take_picture(window.pictures / "report.png")
-    window.ask(f"w = {editor}\nwith bpy.context.temp_override(window=w):\n    bpy.ops.wm.window_close()")
-
-
 def measure_frames(window, seconds):
     """Longest and median time between two turns of Blender's main loop [ms], which has to draw and answer in each."""
     window.ask(

@@ -16,6 +16,29 @@ def city(tmp_path_factory):
     return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Suns are traced and kept sixteen by sixteen."""
+    from citypv.core.light import sun_blocks
+
+    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)
+
+
+@pytest.fixture
+def refused(capfd):
+    """Run a command that must fail with one line, which is returned."""
+    from citypv.core.commands.command_line import main
+
+    def run(*arguments):
+        capfd.readouterr()
+        assert main([*map(str, arguments)]) == 2
+        said = capfd.readouterr().err
+        assert said.startswith("citypv: error: ") and said.count("\n") == 1
+        return said
+
+    return run
+
+
 @pytest.fixture(scope="module")
 def berlin():
     """The weather of 2017 in Berlin."""

@@ -31,7 +31,7 @@ def street():
 
 
 def finish(tmp_path, text):
-    """An albedo file for the street: its ground is black."""
+    """An albedo file."""
     path = tmp_path / "finish.csv"
     path.write_text(text)
     return str(path)

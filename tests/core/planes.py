@@ -1,4 +1,4 @@
-"""What pvlib alone makes of open planes: light, cell temperature and power."""
+"""What pvlib alone makes of planes: light, cell temperature and power."""
 
 import numpy as np
 import pvlib
@@ -44,3 +44,18 @@ def sapm_power(effective, temp_cell, name=SANDIA):
     module = pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
     power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"]
     return power.fillna(0.0) / (module["Impo"] * module["Vmpo"])
+
+
+def run_chain(data, tilt, azimuth, *, name=SANDIA, sky="isotropic", without=(), share=1.0, diffuse=None):
+    """In-plane irradiance [Wm⁻²] and capacity factor of a plane in the open, with some effects of modules left out.
+
+    Or of a shaded one, by its visible share of the sun and its diffuse light.
+    """
+    direct, dome, ground, aoi = light_on_plane(data, tilt, azimuth, sky)
+    direct, diffuse = share * direct, dome + ground if diffuse is None else diffuse
+    module, factor = pvlib.pvsystem.retrieve_sam("SandiaMod")[name], spectral_by_pvlib(data, name)
+    factor = (factor > 0).astype(float) if "spectrum" in without else factor
+    taken = direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, module)
+    warm = cell_temperature(data, direct + diffuse)
+    effective = factor * (taken + module["FD"] * diffuse)
+    return direct + diffuse, sapm_power(effective, 0 * warm + 25.0 if "temperature" in without else warm, name)

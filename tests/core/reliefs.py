@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.spatial import Delaunay
-from small_city import EAST, HEAD, NORTH, UP, house
+from small_city import EAST, NORTH, UP
 
 DEM = "http://www.opengis.net/citygml/relief/2.0"
 
@@ -36,15 +36,6 @@ def relief(points, triangles, *, lod="2", move=(EAST, NORTH, UP), srs_name="", e
         f"<gml:trianglePatches>{''.join(rows)}</gml:trianglePatches></gml:TriangulatedSurface></dem:tin>"
         "</dem:TINRelief></dem:reliefComponent></dem:ReliefFeature></cityObjectMember>\n"
     )
-
-
-HOUSES = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))
-
-
-def write_gml(path, *members, head=HEAD):
-    """A CityGML of some members; returns the path."""
-    path.write_text(f"{head}{''.join(members)}</CityModel>\n", encoding="utf-8")
-    return path
 
 
 def only(city):

@@ -47,8 +47,15 @@ def house(name, low, size, ridge=4.0):
     return f'<cityObjectMember><bldg:Building gml:id="{name}">\n{text}</bldg:Building></cityObjectMember>\n'
 
 
+HOUSES = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))
+
+
+def write_gml(path, *members, head=HEAD):
+    """A CityGML of some members; returns the path."""
+    path.write_text(f"{head}{''.join(members)}</CityModel>\n", encoding="utf-8")
+    return path
+
+
 def write_small_city(path):
     """Three houses; returns the path."""
-    houses = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))
-    path.write_text(f"{HEAD}{houses}</CityModel>\n", encoding="utf-8")
-    return path
+    return write_gml(path, HOUSES)

@@ -1,6 +1,7 @@
 """Where the albedo of a surface comes from: a file, a material, or one value for all."""
 
 import pytest
+from mirror_street import finish
 from scenes import join, run_gather, strip, suns_towards
 
 from citypv.core.patches.materials import MaterialSpec
@@ -12,13 +13,6 @@ from citypv.core.settings.request import Request
 def street():
     """A facade (surfaces 0 and 1) and a street before it."""
     return join([strip([0, 0, 0], [20, 0, 0], [0, 0, 10], 1), strip([0, -8, 0], [20, 0, 0], [0, 8, 0], 2)])
-
-
-def finish(tmp_path, text):
-    """An albedo file."""
-    path = tmp_path / "finish.csv"
-    path.write_text(text)
-    return str(path)
 
 
 def material_street(*names):

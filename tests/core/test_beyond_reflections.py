@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from radiosity import bowl
 from scenes import run_gather, suns_towards
-from small_city import HEAD, house, write_small_city
+from small_city import house, write_gml, write_small_city
 
 from citypv.core.effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy.compute_energy import compute_energy
@@ -22,8 +22,7 @@ def write_city(path, name):
     if name == "houses":
         return write_small_city(path)
     rows = [house(row, (0, north), (60, 12, 18), ridge=0.01) for row, north in (("a", 0), ("b", 22))]
-    path.write_text(f"{HEAD}{''.join(rows)}</CityModel>\n", encoding="utf-8")
-    return path
+    return write_gml(path, *rows)
 
 
 def light_of_groups(transfer, weather):

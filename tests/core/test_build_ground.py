@@ -114,24 +114,17 @@ def test_a_passage_stays_open():
     assert any("above the ground" in note for note in scene.report.notes)
 
 
-def test_a_tower_on_a_podium_does_not_lift_the_ground():
-    scene = build_scene(make_city([*box("a", 0, 0, 40, 40, 0, 6), *box("a", 10, 10, 20, 20, 6, 60)]), 50.0, 8.0)
-    vertices, triangles = ground_of(scene)
-    assert vertices[np.unique(triangles)][:, 2].max() == pytest.approx(0.0, abs=1e-9)
+PODIUM = [*box("a", 0, 0, 40, 40, 0, 6), *box("a", 10, 10, 20, 20, 6, 60)]
+# Its lower edges, 3 m up, are 6 m away from both ends of the wall's foot, but 1.5 m from the foot itself.
+BAY = [*box("a", 0, 0, 12, 10, 0, 12), *box("a", 4, -1.5, 3, 1.5, 3, 6, semantics=False)]
+WALLS = box("a", 0, 0, 10, 10, 2, 12, semantics=False)[1:]
 
 
-def test_open_shells_without_a_floor_stand_on_the_lower_edges_of_their_walls():
-    walls = [polygon for polygon in box("a", 0, 0, 10, 10, 2, 12, semantics=False) if polygon[2][0] is not None][1:]
-    scene = build_scene(make_city(walls), 50.0, 8.0)
+@pytest.mark.parametrize(
+    "polygons", [PODIUM, BAY, WALLS], ids=["tower on a podium", "bay above a long wall", "open shell without a floor"]
+)
+def test_what_begins_higher_up_does_not_lift_the_ground(polygons):
+    scene = build_scene(make_city(polygons), 50.0, 8.0)
     vertices, triangles = ground_of(scene)
     assert vertices[np.unique(triangles)][:, 2] == pytest.approx(0.0, abs=1e-9)
-    assert not scene.footprint.any()
-
-
-def test_a_bay_above_the_middle_of_a_long_wall_lifts_no_ground():
-    """Its lower edges, 3 m up, are 6 m away from both ends of the wall's foot, but 1.5 m from the foot itself."""
-    walls = box("a", 0, 0, 12, 10, 0, 12)
-    bay = box("a", 4, -1.5, 3, 1.5, 3, 6, semantics=False)
-    scene = build_scene(make_city([*walls, *bay]), 50.0, 8.0)
-    vertices, triangles = ground_of(scene)
-    assert vertices[np.unique(triangles)][:, 2].max() == pytest.approx(0.0, abs=1e-9)
+    assert scene.footprint.any() == (polygons is not WALLS)

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from transfers import Horizons
-from weathers import ERA5
 
 from citypv.core.energy.building_power import compute_building_power
 from citypv.core.energy.compute_energy import compute_energy
@@ -13,14 +12,8 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_buildings import write_buildings
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
-
-
-@pytest.fixture(scope="module")
-def berlin():
-    return read_weather(ERA5, 52.51, 13.39)
 
 
 def test_buildings_sum_up(berlin, tmp_path):

@@ -1,5 +1,6 @@
 """Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the year, errors told."""
 
+import signal
 import threading
 
 import numpy as np
@@ -15,7 +16,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light import kept_matrix, sun_blocks
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import CancelledError, silent
+from citypv.core.settings.progress import CancelledError, Interruption, silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
 from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
@@ -45,11 +46,6 @@ def cancel_at(stage, share, error=CancelledError):
 def trace(estimator, suns, progress=silent, **settings):
     settings = {"samples": 16, "shadow_samples": 4, "estimator": estimator} | settings
     return TRACERS[estimator](three_houses(), suns, Request(**settings), progress)
-
-
-@pytest.fixture
-def small_blocks(monkeypatch):
-    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -207,3 +203,37 @@ def test_blocks_end_with_days_where_days_are_short_enough():
     kept = {sun_blocks.count_kept(suns, narrow[:number]) for number in range(len(narrow) + 1)}
     assert kept == {0, *end_of_days(suns).tolist()}
     assert sun_blocks.cut_into_blocks(suns_towards([[0, 0, 1]]), 10**9) == [slice(0, 1)]
+
+
+def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    told = []
+    with Interruption(lambda *report: told.append(report)) as heard:
+        heard("sky and reflections", 1, 2, "rays")
+        with pytest.raises(KeyboardInterrupt):
+            heard.handle(signal.SIGINT, None)
+        heard("suns", 1, 2, "rays")
+        signal.raise_signal(signal.SIGINT)
+        assert heard.asked
+        with pytest.raises(CancelledError):
+            heard("suns", 2, 2, "rays")
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert len(told) == 2
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+def test_in_another_thread_nothing_is_heard():
+    failed = []
+
+    def work():
+        try:
+            with Interruption(silent) as heard:
+                heard("suns", 1, 2, "rays")
+        except Exception as error:  # a thread would swallow it
+            failed.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert not failed

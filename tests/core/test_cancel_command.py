@@ -1,10 +1,10 @@
 """Ctrl-C as users of the command line meet it: what was traced is kept whole, or nothing is; the status is 130."""
 
-import csv
 import json
 import signal
 
 import numpy as np
+import pandas as pd
 import pytest
 from weathers import ERA5
 
@@ -21,11 +21,6 @@ def hear_interrupts():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-@pytest.fixture
-def small_blocks(monkeypatch):
-    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)
 
 
 def run(city, out, *more):
@@ -75,18 +70,13 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     # The whole run is not far away, and the part can be weighed again.
     monkeypatch.undo()
     assert run(city, tmp_path / "whole", "--quiet") == 0
-    hours = [column(folder / "faces.csv", "full_load_hours") for folder in (out, tmp_path / "whole")]
+    hours = [pd.read_csv(folder / "faces.csv")["full_load_hours"] for folder in (out, tmp_path / "whole")]
     assert np.nanmean(hours[0]) == pytest.approx(np.nanmean(hours[1]), rel=0.03)
     again = ["yield", str(out / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
     assert main(again) == 0
     assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
     assert main([*again[:-1], "--overwrite"]) == 0
     assert f"an interrupted run. Interrupted: kept {kept} of {count} suns" in capfd.readouterr().err
-
-
-def column(path, name):
-    with path.open(encoding="utf-8", newline="") as file:
-        return np.array([float(row[name] or "nan") for row in csv.DictReader(file)])
 
 
 @pytest.mark.usefixtures("small_blocks")

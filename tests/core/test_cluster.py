@@ -6,15 +6,17 @@ import pickle
 import re
 import signal
 import socketserver
+import subprocess
 import threading
 import time
-from contextlib import suppress
+from contextlib import nullcontext, suppress
+from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
 from lxml import etree
-from small_city import HEAD, house
+from small_city import house, write_gml
 from weathers import ERA5
 
 from citypv.__main__ import main
@@ -35,15 +37,10 @@ FIGURES = ("visible_share", "direct_reflected", "diffuse_relative", "diffuse_rel
 FIGURES += ("direct_annual_standard_error", "covered_share", "sky_view_factor", "far_ground_view_factor", "albedo")
 
 
-def write_city(path, houses):
-    path.write_text(f"{HEAD}{''.join(houses)}</CityModel>\n", encoding="utf-8")
-    return path
-
-
 @pytest.fixture(scope="module")
 def city(tmp_path_factory):
     houses = [house(f"h{k}", place, (10, 9, 6 + k)) for k, place in enumerate(PLACES)]
-    return write_city(tmp_path_factory.mktemp("city") / "four_corners.gml", houses)
+    return write_gml(tmp_path_factory.mktemp("city") / "four_corners.gml", *houses)
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +122,7 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
 def test_what_is_left_out_lies_within_its_bound(tmp_path):
     """Two houses, and a block 1 km long that rises less than 2° behind the fields in the east."""
     houses = [house("a", (0, 0), (10, 9, 7)), house("b", (0, 40), (10, 9, 7))]
-    city = write_city(tmp_path / "fields.gml", [*houses, house("c", (900, -500), (12, 1000, 20), ridge=6.0)])
+    city = write_gml(tmp_path / "fields.gml", *houses, house("c", (900, -500), (12, 1000, 20), ridge=6.0))
     found = []
     for name, more in (("whole", []), ("tiles", ["--cluster", "serial", "--tile", "500"])):
         assert main(["simulate", str(city), "--out", str(tmp_path / name), "--quiet", *SETTINGS, *more]) == 0
@@ -221,13 +218,11 @@ def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, c
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 
 
-def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
+def test_dask_that_is_missing_is_named(city, tmp_path, refused, monkeypatch):
     monkeypatch.setattr(run_tasks.importlib.util, "find_spec", lambda name: None)
     for command in (["simulate", str(city)], ["world", "unshaded"]):
-        assert main([*command, "--cluster", "local:2", "--out", str(tmp_path / "out")]) == 2
-        said = capfd.readouterr().err
-        assert said.startswith("citypv: error: --cluster local:2: needs Dask; type: pip install distributed")
-        assert said.count("\n") == 1
+        said = refused(*command, "--cluster", "local:2", "--out", tmp_path / "out")
+        assert "error: --cluster local:2: needs Dask; type: pip install distributed" in said
 
 
 def test_a_planted_task_is_not_opened(tmp_path):
@@ -251,7 +246,7 @@ def test_a_planted_task_is_not_opened(tmp_path):
     ("speech", "problem"),
     [(b"", "does not answer"), (b"SSH-2.0-x\r\n", "is no Dask scheduler"), (b"220", "does not answer")],
 )
-def test_a_port_where_no_scheduler_listens_is_named(tmp_path, capfd, monkeypatch, speech, problem):
+def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech, problem):
     """One that accepts and stays silent, one that speaks another protocol, and one that stops within its greeting."""
     monkeypatch.setattr(run_tasks, "PATIENCE", 0.5)
 
@@ -265,11 +260,8 @@ def test_a_port_where_no_scheduler_listens_is_named(tmp_path, capfd, monkeypatch
         server.daemon_threads = True
         threading.Thread(target=server.serve_forever, daemon=True).start()
         word = f"tcp://127.0.0.1:{server.server_address[1]}"
-        assert main(["world", "unshaded", "--cluster", word, "--out", str(tmp_path / "out")]) == 2
+        assert problem in refused("world", "unshaded", "--cluster", word, "--out", tmp_path / "out")
         server.shutdown()
-    said = capfd.readouterr().err
-    assert problem in said
-    assert said.count("\n") == 1
 
 
 def read_broken():
@@ -286,3 +278,36 @@ def test_an_error_of_a_task_can_be_sent():
         run_tasks.run_plainly(read_broken)
     support.install(caught.value)
     assert str(pickle.loads(pickle.dumps(caught.value))) == "city.gml: is cut off; copy it again"
+
+
+def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
+    """The certificate and the settings are made as docs/guide/many_machines.md says."""
+    monkeypatch.setattr(run_tasks, "PATIENCE", 2)
+    distributed, yaml = pytest.importorskip("distributed"), pytest.importorskip("yaml")
+    from dask import config
+
+    text = (Path(__file__).parents[2] / "docs" / "guide" / "many_machines.md").read_text(encoding="utf-8")
+    command, settings = re.search("    (openssl req .*)", text)[1], re.search("```yaml\n(.*?)```", text, re.DOTALL)[1]
+
+    def settings_of(name):
+        (tmp_path / name).mkdir()
+        subprocess.run(command.split(), cwd=tmp_path / name, check=True, capture_output=True)
+        own = yaml.safe_load(re.sub(r"(cert|key)\.pem", rf"{tmp_path / name}/\1.pem", settings))
+        return config.set(config.merge(config.config, own))
+
+    with settings_of("own"):
+        local = {"processes": False, "dashboard_address": None, "host": "tls://127.0.0.1"}
+        with distributed.LocalCluster(1, security=distributed.Security(), **local) as cluster:
+            address = cluster.scheduler_address
+            with run_tasks.open_workers(address) as workers:
+                assert list(run_tasks.run_tasks(workers, pow, [(2, 5)])) == [32]
+            wrong = "does not accept this machine's key, or finds none; see docs/guide/many_machines.md"
+            for settings, place, problem in (
+                (settings_of("foreign"), address, wrong),
+                (nullcontext(), address.replace("tls:", "tcp:"), "does not answer"),
+                (config.set({"distributed.comm.tls.client.cert": None}), address, wrong),
+            ):
+                with settings, pytest.raises(InputError, match=problem), run_tasks.open_workers(place):
+                    pass
+            with pytest.raises(ValueError, match="No client"):  # else xarray asks its scheduler before it writes
+                distributed.default_client()

@@ -159,3 +159,12 @@ def test_progress_tells_rate_and_rest():
         progress("suns", done, 1000, "suns")
     assert 1 <= len(stream.getvalue().splitlines()) <= 2
     assert "suns: 100 %" in stream.getvalue()
+
+
+def test_a_reader_may_leave_before_the_end(city):
+    """As `head` does: neither an error nor a message."""
+    command = [sys.executable, "-m", "citypv", "inspect", str(city), "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+        assert process.wait(60) == 0

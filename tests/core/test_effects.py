@@ -1,14 +1,12 @@
 """What the plan of effects decides, against closed forms and runs, and effects of the modules against pvlib."""
 
 import numpy as np
-import pvlib
 import pytest
-from planes import DC, SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from planes import DC, light_on_plane, run_chain
 from scenes import run_gather, scene_of_triangles
 from small_city import write_small_city
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
-from weathers import ERA5
 
 from citypv.core.accuracy.effect_shares import shares_of_effects, state_outcome
 from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
@@ -21,7 +19,6 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
 
@@ -100,52 +97,38 @@ def test_reach_of_the_ground():
 
 
 @pytest.fixture(scope="module")
-def berlin():
-    weather = read_weather(ERA5, 52.51, 13.39)
-    suns = choose_suns("hourly", *weather.axis)
-    return weather, unshaded_transfer(suns, TILT, AZIMUTH)
+def open_planes(berlin):
+    return unshaded_transfer(choose_suns("hourly", *berlin.axis), TILT, AZIMUTH)
 
 
-def power_by_pvlib(weather, tilt, azimuth, without):
-    """Full load hours of one unshaded plane, from pvlib, with some effects left out."""
-    data, (direct, sky, ground, aoi) = weather.data, light_on_plane(weather.data, tilt, azimuth)
-    diffuse, spectrum = sky + ground, spectral_by_pvlib(data)
-    spectrum = (spectrum > 0).astype(float) if "spectrum" in without else spectrum
-    taken = (
-        direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA])
-    )
-    warm = cell_temperature(data, direct + diffuse)
-    return sapm_power(spectrum * (taken + diffuse), 0 * warm + 25.0 if "temperature" in without else warm).sum()
+def hours_by_pvlib(weather, without):
+    """Full load hours of the planes, with some effects left out."""
+    return [run_chain(weather.data, *plane, without=without)[1].sum() for plane in zip(TILT, AZIMUTH, strict=True)]
 
 
 @pytest.mark.parametrize(
     ("without", "plain"),
     [("aoi", True), ("spectrum", False), ("temperature", True), ("aoi spectrum temperature", False)],
 )
-def test_modules_without_some_effects_equal_pvlib(berlin, without, plain, monkeypatch):
+def test_modules_without_some_effects_equal_pvlib(berlin, open_planes, without, plain, monkeypatch):
     monkeypatch.setattr(energy_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
-    weather, transfer = berlin
     without = without.split()
     system = build_system(Request(effects=dict.fromkeys(without, False), **DC))
-    hours = compute_energy(transfer, weather, system).full_load_hours
-    expected = [power_by_pvlib(weather, *plane, without) for plane in zip(TILT, AZIMUTH, strict=True)]
-    np.testing.assert_allclose(hours, expected, rtol=1e-9 if plain else 1e-4)
+    hours = compute_energy(open_planes, berlin, system).full_load_hours
+    np.testing.assert_allclose(hours, hours_by_pvlib(berlin, without), rtol=1e-9 if plain else 1e-4)
 
 
-def test_shares_of_the_modules_effects(berlin):
+def test_shares_of_the_modules_effects(berlin, open_planes):
     """(with - without)/with of the eligible area, from pvlib called directly."""
-    weather, transfer = berlin
-    surfaces = transfer.surfaces
-    shares = shares_of_effects(transfer, weather, build_system(Request(**DC)), 1)
-    area = np.where(surfaces.eligible, surfaces.area, 0)
-    planes = list(zip(TILT, AZIMUTH, strict=True))
-    whole = area @ [power_by_pvlib(weather, *plane, ()) for plane in planes]
+    shares = shares_of_effects(open_planes, berlin, build_system(Request(**DC)), 1)
+    area = np.where(open_planes.surfaces.eligible, open_planes.surfaces.area, 0)
+    whole = area @ hours_by_pvlib(berlin, ())
     assert set(shares) == {"aoi", "spectrum", "temperature"}
     for key, share in shares.items():
-        off = area @ [power_by_pvlib(weather, *plane, (key,)) for plane in planes]
+        off = area @ hours_by_pvlib(berlin, (key,))
         assert share == pytest.approx((whole - off) / whole, abs=1e-6)
     # Off or on, the share is the same one.
-    switched = shares_of_effects(transfer, weather, build_system(Request(effects={"aoi": False}, **DC)), 1)
+    switched = shares_of_effects(open_planes, berlin, build_system(Request(effects={"aoi": False}, **DC)), 1)
     assert switched["aoi"] == pytest.approx(shares["aoi"], abs=1e-9)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pvlib
 import pytest
-from planes import DC, SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from planes import DC, run_chain
 from transfers import Horizons, unshaded_transfer
 from weathers import BARROW, HOUR
 
@@ -25,18 +25,6 @@ def suns_of(weather, way):
     return choose_suns(way, *weather.axis)
 
 
-def pvlib_called_directly(weather, tilt, azimuth, name=SANDIA, *, share=1.0, diffuse=None):
-    """In-plane irradiance and power of one surface: (poa, capacity factor).
-
-    Unshaded under an isotropic sky above ground of albedo 0.25; or by its visible share and its diffuse light.
-    """
-    data, module = weather.data, pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
-    direct, sky, ground, aoi = light_on_plane(data, tilt, azimuth)
-    direct, diffuse = share * direct, sky + ground if diffuse is None else diffuse
-    effective = spectral_by_pvlib(data, name) * (direct * pvlib.iam.sapm(aoi, module) + module["FD"] * diffuse)
-    return direct + diffuse, sapm_power(effective, cell_temperature(data, direct + diffuse), name)
-
-
 def test_cell_temperature_of_the_chain():
     """The same from the slope that the tables use."""
     weather = read_weather("clear-sky", 0.0, 0.0)
@@ -54,7 +42,7 @@ def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     energy = compute_energy(transfer, berlin)
     tolerance = 1e-9 if plain else 1e-4
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
-        poa, capacity_factor = pvlib_called_directly(berlin, tilt, azimuth)
+        poa, capacity_factor = run_chain(berlin.data, tilt, azimuth)
         month = (capacity_factor.index + HOUR / 2).month
         by_month = capacity_factor.groupby(month).sum()
         assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=min(tolerance, 1e-6))
@@ -82,7 +70,7 @@ def test_polar_weather_and_another_module():
     transfer = unshaded_transfer(suns_of(barrow, "typical-days:12"), TILT, AZIMUTH)
     energy = compute_energy(transfer, barrow, build_system(Request(module=name, **DC)))
     for row in (0, 3, 4, 6):
-        poa, capacity_factor = pvlib_called_directly(barrow, TILT[row], AZIMUTH[row], name=name)
+        poa, capacity_factor = run_chain(barrow.data, TILT[row], AZIMUTH[row], name=name)
         assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)
         assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=1e-9)
     assert np.isfinite(energy.full_load_hours).all()
@@ -117,7 +105,7 @@ def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
         ground = 0.25 * transfer.far_ground_view_factor[row] * np.cos(np.radians(data["apparent_zenith"]))
         diffuse = data["dhi"] * transfer.diffuse_relative[row] + data["dni"] * (reflected + ground)
         plane = horizons.tilt[row], horizons.azimuth[row]
-        poa, capacity_factor = pvlib_called_directly(berlin, *plane, share=share, diffuse=diffuse)
+        poa, capacity_factor = run_chain(berlin.data, *plane, share=share, diffuse=diffuse)
         assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-6)
         assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=1e-6)
 
@@ -141,7 +129,7 @@ def test_ground_and_downward_have_no_full_load_hours(berlin):
     energy = compute_energy(transfer, berlin)
     assert np.isnan(energy.full_load_hours).tolist() == [False, True, True]
     assert np.isnan(energy.full_load_hours_standard_error).tolist() == [False, True, True]
-    poa, _ = pvlib_called_directly(berlin, 135, 180)
+    poa, _ = run_chain(berlin.data, 135, 180)
     assert energy.poa_global_annual[1] == pytest.approx(poa.sum() / 1000, rel=1e-9)
     assert energy.poa_global_annual[2] == pytest.approx(berlin.data["ghi"].sum() / 1000, rel=1e-6)
 

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from radiosity import canyon_after_bounces
-from scenes import assert_mean, join, run_forward, scene_of_triangles, strip, suns_towards
+from scenes import join, run_forward, scene_of_triangles, strip, suns_towards
 from scipy import stats
-from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
+from test_closed_forms import SUNS, tilted_square
 from test_tracing import three_houses
 
 from citypv.core.commands.plain_scenes import room
-from citypv.core.effects.table import TABLE
 from citypv.core.patches.brdfs import Lambertian, Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
@@ -23,54 +21,6 @@ from citypv.core.settings.errors import InputError
 
 def trace(scene, suns=SUNS, **settings):
     return run_forward(scene, suns, **settings)
-
-
-@pytest.mark.parametrize(("tilt", "expected"), [(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)])
-def test_unshaded_surface(tilt, expected):
-    """Eq. 9 and Eq. 11 of the paper."""
-    transfer = trace(tilted_square(tilt), samples=100_000)
-    error = transfer.diffuse_relative_standard_error
-    # A hemisphere that just covers the scene would give 1.6 % more, the far ground without its albedo twice as much.
-    assert 0 < error < 0.016 * expected / 8
-    assert_mean(transfer.diffuse_relative, error, expected)
-    normal = np.array([0, -np.sin(np.radians(tilt)), np.cos(np.radians(tilt))])
-    ground_view = (1 - normal[2]) / 2
-    eq_11 = np.maximum(SUNS.direction @ normal, 0) + ALBEDO * ground_view * SUNS.direction[:, 2]
-    assert direct_relative(transfer).ravel() == pytest.approx(eq_11, abs=0.002)
-    assert transfer.far_ground_view_factor == pytest.approx(ground_view, abs=0.005)
-    annual = direct_relative(transfer) @ SUNS.weight
-    assert transfer.direct_annual_standard_error < 0.002
-    assert_mean(annual, transfer.direct_annual_standard_error + 1e-6, eq_11 @ SUNS.weight)
-
-
-def test_far_ground_off_leaves_the_sky_only():
-    transfer = trace(tilted_square(90), samples=100_000, far_ground=False)
-    assert transfer.diffuse_relative == pytest.approx(0.5, abs=0.005)
-    assert transfer.far_ground_view_factor == transfer.ground_albedo == 0
-    assert transfer.direct_reflected.max() < 1e-4  # what chance gave it beyond the sun's light
-
-
-@pytest.mark.parametrize(
-    ("bounces", "samples", "largest"),
-    [
-        *((bounces, 20_000, 0.0015) for bounces in range(3)),
-        pytest.param(3, 400_000, 3.4e-4, marks=pytest.mark.thorough),
-    ],
-)
-def test_street_canyon(bounces, samples, largest):
-    """Faces as long as the street: what arrives is counted at its own place, so nothing need be split.
-
-    The error is small enough to tell each reflection from the one before: 0.06, 0.009 and 0.0014.
-    """
-    scene, ground, wall = canyon(strips=1, middle=60.0)
-    transfer = trace(scene, suns_towards([[0, 0, 1]]), max_bounces=bounces, samples=samples, far_ground=False)
-    known = canyon_after_bounces(1, 1, ALBEDO, bounces)
-    for chosen, value in ((wall, known[0][-1]), (ground, known[1][-1])):
-        area = scene.surfaces.area[chosen]
-        mean = np.average(transfer.diffuse_relative[chosen], weights=area)
-        error = np.sqrt(((area * transfer.diffuse_relative_standard_error[chosen]) ** 2).sum()) / area.sum()
-        assert error < largest
-        assert_mean(mean, error, value)
 
 
 def paper_hemisphere(scene, radius, count, seed):
@@ -202,14 +152,6 @@ def test_photons_enter_where_the_light_does():
     assert sun.power == pytest.approx([8, 0, 0, 0, 0, 0])
     slanted = sun_source(box, [0.6, 0, 0.8], 0, 0)
     assert slanted.power.sum() == pytest.approx(8 * 0.8 + 2 * 0.6)
-
-
-def test_photons_cannot_leave_obstacles_out():
-    with pytest.raises(InputError, match="shadow-rays=off is for gather only"):
-        trace(three_houses(), effects={"shadow-rays": False})
-    effects = trace(three_houses(), samples=16)
-    assert [effect["key"] for effect in effects.record.effects] == list(TABLE)
-    assert {effect["key"] for effect in effects.record.effects if effect["on"]} >= {"sky-rays", "shadow-rays"}
 
 
 def test_broken_numbers_are_refused():

@@ -10,7 +10,7 @@ from mirror_street import EDGES, HEIGHT, MIDDLE, finish, street
 from radiosity import bowl
 from scenes import join, scene_of_triangles, strip
 from scipy.special import expn
-from small_city import HEAD, house
+from small_city import house, write_gml
 from test_horizon import HOUR, uniform, with_sun
 from test_trees import wall_and_tree
 from transfers import unshaded_transfer
@@ -150,10 +150,8 @@ def test_whole_runs_with_and_without(tmp_path, trees):
     """
     bright = {"ground_albedo": 0.5}  # so that the far ground counts
     request = Request(weather="clear-sky", threads=1, seed=7, **bright)
-    if not trees:
-        rows = [house(f"h{k}", (22 * (k % 6), 19 * (k // 6)), (12, 10, 8 + k % 3)) for k in range(36)]
-        (tmp_path / "city.gml").write_text(f"{HEAD}{''.join(rows)}</CityModel>\n", encoding="utf-8")
-    scene = wall_and_tree() if trees else read_scene([tmp_path / "city.gml"], request)
+    rows = (house(f"h{k}", (22 * (k % 6), 19 * (k // 6)), (12, 10, 8 + k % 3)) for k in range(36))
+    scene = wall_and_tree() if trees else read_scene([write_gml(tmp_path / "city.gml", *rows)], request)
     weather = read_year(scene.site, request)
 
     middle = choose_neighbourhood(prepare_study(scene, weather, request), MOST)[1]

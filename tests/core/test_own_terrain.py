@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from reliefs import HOUSES, hill, only, relief, tin, told, write_gml
+from reliefs import hill, only, relief, tin, told
 from scenes import suns_towards
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
-from small_city import EAST, HEAD, NORTH, UP
+from small_city import EAST, HEAD, HOUSES, NORTH, UP, write_gml
 from test_terrain import heights_of_scene
 
 from citypv.core.city.build_scene import build_scene

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_city import HEAD, house, surface
+from small_city import house, surface, write_gml
 
 from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, keep_patches
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
@@ -22,12 +22,10 @@ STAND_INS = 40
 @pytest.fixture(scope="module")
 def city(tmp_path_factory):
     """Three houses, one of which stands halfway inside another, and a thin wall: Scene, PreparedScene and Suns."""
-    path = tmp_path_factory.mktemp("city") / "city.gml"
     wall = surface("WallSurface", "thin", [(18, -4, 0), (18, 12, 0), (18, 12, 5), (18, -4, 5)])
     thin = f'<cityObjectMember><bldg:Building gml:id="t">{wall}</bldg:Building></cityObjectMember>'
     houses = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (8, 2), (8, 6, 3), 2)
-    path.write_text(f"{HEAD}{houses}{thin}</CityModel>\n", encoding="utf-8")
-    scene = read_scene([path], REQUEST)
+    scene = read_scene([write_gml(tmp_path_factory.mktemp("city") / "city.gml", houses, thin)], REQUEST)
     weather = read_year(scene.site, REQUEST)
     prepared = build_tree(prepare_scene(scene, REQUEST, weather=weather), REQUEST)
     assert scene.sheet.any() and (prepared.scene.triangle_surface < 0).any() and prepared.patches.ground.any()

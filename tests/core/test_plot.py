@@ -18,7 +18,7 @@ from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
 from citypv.core.results.describe_run import describe_poor_years, describe_weather_error
 from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
-from citypv.core.results.draw_sun_path import draw_sun_path
+from citypv.core.results.draw_sun_path import day_path, draw_sun_path, hour_curves
 from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.results.write_report import table
@@ -277,7 +277,7 @@ SPOIL = {
 
 
 @pytest.mark.parametrize("name", SPOIL)
-def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, capfd):
+def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, refused):
     shutil.copytree(folder, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
     file, change = SPOIL[name]
     path = tmp_path / "bad" / file
@@ -286,25 +286,19 @@ def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, capfd):
     if change:
         assert change(text) != text
         path.write_text(change(text), encoding="utf-8")
-    assert main(["plot", str(tmp_path / "bad")]) == 2
-    said = capfd.readouterr().err
     culprit = "timeseries.nc" if name == "other groups" else "surfaces.nc" if name == "another city" else file
-    assert culprit in said and said.count("\n") == 1
+    assert culprit in refused("plot", tmp_path / "bad")
     assert not list((tmp_path / "bad").glob("*report*"))
 
 
-def test_what_is_no_folder_of_results_ends_in_one_line(folder, tmp_path, capfd):
+def test_what_is_no_folder_of_results_ends_in_one_line(folder, tmp_path, refused):
     for place in (tmp_path / "nowhere", tmp_path, folder / "faces.csv"):
-        assert main(["plot", str(place)]) == 2
-        said = capfd.readouterr().err
-        assert str(place) in said and said.count("\n") == 1
+        assert str(place) in refused("plot", place)
 
 
-def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, capfd):
+def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert main(["plot", str(folder)]) == 2
-    said = capfd.readouterr().err
-    assert "matplotlib" in said and "type: pip install matplotlib" in said and said.count("\n") == 1
+    assert "type: pip install matplotlib" in refused("plot", folder)
 
 
 def test_the_lead_tells_the_error_of_the_weather(folder, page):
@@ -320,3 +314,22 @@ def test_the_lead_tells_the_error_of_the_weather(folder, page):
     assert f"{min(mean):.0f} to {max(mean):.0f} % too high" in told
     summary["totals"] |= {"p50_mwh_per_year": 12.0, "p90_mwh_per_year": 10.0}
     assert describe_poor_years(summary).endswith("12 MWh (P50) and nine of ten 10 MWh (P90).")
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])
+def test_the_sun_stands_where_spherical_trigonometry_says(latitude, longitude):
+    """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and refraction."""
+    for month, declination in ((6, 23.44), (12, -23.44), (3, 0.0)):
+        azimuth, elevation = day_path(2021, month, 21, latitude, longitude)
+        top = np.nanargmax(elevation)
+        assert elevation[top] == pytest.approx(90 - abs(latitude - declination), abs=0.5)
+        if abs(latitude - declination) > 5:
+            south = latitude > declination
+            assert np.cos(np.radians(azimuth[top])) == pytest.approx(-1 if south else 1, abs=0.01)
+    times = pd.date_range("2021-01-01", periods=8760, freq="h", tz="UTC")
+    curves = hour_curves(times, pd.Timedelta(hours=1), latitude, longitude)
+    assert set(curves) <= {f"{hour:02d}:30" for hour in range(24)}
+    noon = f"{int((12 - longitude / 15) % 24):02d}:30"
+    assert max(np.nanmax(elevation) for _, elevation in curves.values()) == pytest.approx(
+        np.nanmax(curves[noon][1]), abs=2.5
+    )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_city import HEAD, house
+from small_city import house, write_gml
 
 from citypv.__main__ import main
 from citypv.core.accuracy.check_reachable import check_reachable, find_cure
@@ -40,8 +40,7 @@ def test_predictions_are_those_of_runs(tmp_path, capfd):
     rows = [house(f"h{k}", (25 * (k % 8), 22 * (k // 8)), (12, 10, 8 + 7 * k % 10)) for k in range(64)]
     for k in (27, 28, 35, 36):
         rows[k] = house(f"h{k}", (25 * (k % 8) - 4, 22 * (k // 8) - 4), (22, 19, 50))
-    path, picture = tmp_path / "city.gml", tmp_path / "curve.png"
-    path.write_text(f"{HEAD}{''.join(rows)}</CityModel>\n", encoding="utf-8")
+    path, picture = write_gml(tmp_path / "city.gml", *rows), tmp_path / "curve.png"
     options = ["--weather", "clear-sky", "--threads", "1", "--json", "--plot", str(picture)]
     assert main(["accuracy", str(path), *options]) == 0
     listed = json.loads(capfd.readouterr().out)

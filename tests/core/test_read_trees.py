@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cityjson_text import CUBE, house, instance, model, read, solid
+from small_city import write_gml
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
@@ -40,10 +41,8 @@ POINT = "<gml:Point><gml:pos>390020 5810000 2</gml:pos></gml:Point>"
 
 
 def read_gml(tmp_path, *plants):
-    path = tmp_path / "trees.gml"
-    objects = "".join(f"<cityObjectMember>{text}</cityObjectMember>" for text in (HOUSE, *plants))
-    path.write_text(f"{HEAD}{objects}</CityModel>", encoding="utf-8")
-    return build_scene(read_city(path)).trees
+    objects = (f"<cityObjectMember>{text}</cityObjectMember>" for text in (HOUSE, *plants))
+    return build_scene(read_city(write_gml(tmp_path / "trees.gml", *objects, head=HEAD))).trees
 
 
 def tree(inside, kind="SolitaryVegetationObject"):
@@ -54,8 +53,8 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     """Places and heights of the file's own attributes, which reading ignores (X, Y, Z) or replaces by the shape."""
     path = DATA / "citygml" / "berlin_trees.gml.gz"
     text = gzip.decompress(path.read_bytes()).decode()
-    (tmp_path / "house.gml").write_text(f"{HEAD}<cityObjectMember>{HOUSE}</cityObjectMember></CityModel>", "utf-8")
-    city = read_city([tmp_path / "house.gml", path])
+    own = write_gml(tmp_path / "house.gml", f"<cityObjectMember>{HOUSE}</cityObjectMember>", head=HEAD)
+    city = read_city([own, path])
     scene = build_scene(city)
     crowns = scene.trees
     heights = [float(part.partition("<")[0]) for part in text.split('<veg:height uom="m">')[1:]]

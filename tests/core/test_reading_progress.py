@@ -1,4 +1,4 @@
-"""How far reading and writing are: told from nothing to all, forwards only, and a cancelled task leaves nothing."""
+"""How far a task is: told from nothing to all, forwards only, and a cancelled one leaves nothing."""
 
 import gzip
 import io
@@ -13,10 +13,12 @@ import citygml_text as text
 import numpy as np
 import pytest
 from cities import box, make_city
+from cityjson_text import CUBE, at, house, model, row, solid
 from transfers import unshaded_transfer
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.join_contents import JOINING
+from citypv.core.effects.table import PLANNING, TABLE
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.light import kept_matrix
@@ -28,6 +30,8 @@ from citypv.core.results.write_gltf import write_gltf
 from citypv.core.results.write_tables import write_faces
 from citypv.core.settings import progress
 from citypv.core.settings.progress import CancelledError, TerminalProgress
+from citypv.core.settings.request import Request
+from citypv.core.study import prepare_study, read_year, stand_city
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -64,19 +68,12 @@ def large_files(folder):
     with gzip.open(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz") as file:
         paths[3].write_bytes(file.read())
     shutil.copy(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz", paths[4])
-    corners = [[x, y, z] for z in (0, 5) for y in (0, 10) for x in (0, 10)]
-    boundaries = [[[0, 2, 3, 1]], [[4, 5, 7, 6]], [[0, 1, 5, 4]], [[1, 3, 7, 5]], [[3, 2, 6, 7]], [[2, 0, 4, 6]]]
-    head = {"type": "CityJSON", "version": "2.0", "transform": {"scale": [1] * 3, "translate": [0] * 3}}
-    objects, vertices, lines = {}, [], [json.dumps(head | {"CityObjects": {}, "vertices": []})]
-    for k in range(2000):
-        drawn = {"type": "MultiSurface", "lod": "2.2"}
-        own = {f"b{k}": {"type": "Building", "geometry": [drawn | {"boundaries": boundaries}]}}
-        places = [[x + 20 * k, y, z] for x, y, z in corners]
-        lines.append(json.dumps({"type": "CityJSONFeature", "id": f"b{k}", "CityObjects": own, "vertices": places}))
-        moved = [[[8 * k + corner for corner in ring] for ring in surface] for surface in boundaries]
-        objects[f"b{k}"] = {"type": "Building", "geometry": [drawn | {"boundaries": moved}]}
-        vertices += places
-    paths[1].write_text(json.dumps(head | {"CityObjects": objects, "vertices": vertices}))
+    count, head = 2000, model({}, [], transform={"scale": [1] * 3, "translate": [0] * 3})
+    paths[1].write_text(json.dumps(model({f"b{k}": house(at(k)) for k in range(count)}, row(count))))
+    lines = [json.dumps(head)]
+    for k in range(count):
+        own = {"CityObjects": {f"b{k}": house(solid())}, "vertices": [[x + 10 * k, y, z] for x, y, z in CUBE]}
+        lines.append(json.dumps({"type": "CityJSONFeature", "id": f"b{k}", **own}))
     paths[2].write_text("\n".join(lines) + "\n")
     walls = [[(20 * k, 0, 0), (20 * k + 10, 0, 0), (20 * k + 10, 0, 5), (20 * k, 0, 5)] for k in range(300)]
     drawn = [text.surface(text.members(text.polygon("", wall))) for wall in walls]
@@ -183,3 +180,45 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert_whole(kept.of("writing city.glb"))
     write_faces(tmp_path / "faces.csv", transfer, energy, told.append)
     assert told == sorted(told) and told[0] == 0 and 0.5 < told[-1] < 1
+
+
+@pytest.fixture(scope="module")
+def city():
+    return read_city(DATA / "citygml/berlin_opendata_part_v1.gml.gz")
+
+
+@pytest.fixture(scope="module")
+def traced(city):
+    """Scene of the city, and the shares that were reported on the way."""
+    shares = []
+    return stand_city(city, Request(), shares.append), shares
+
+
+def test_classifying_tells_many_shares_that_rise_from_nothing_to_all(traced):
+    shares = traced[1]
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert shares == sorted(shares)
+    assert np.diff(shares).max() < 0.25
+    assert len(shares) > 15
+
+
+@pytest.mark.parametrize("last", [0.0, 0.5])
+def test_classifying_ends_at_a_report_that_raises(city, last):
+    told = []
+
+    def report_share(share):
+        told.append(share)
+        if share >= last:
+            raise CancelledError
+
+    with pytest.raises(CancelledError):
+        stand_city(city, Request(), report_share)
+    assert [share for share in told if share >= last] == told[-1:]
+
+
+def test_the_plan_tells_each_effect(traced):
+    scene, told = traced[0], []
+    request = Request(weather="clear-sky", suns="days:2")
+    prepare_study(scene, read_year(scene.site, request), request, progress=lambda *report: told.append(report))
+    planned = [report[1:3] for report in told if report[0] == PLANNING]
+    assert planned == [(done, len(TABLE)) for done in range(len(TABLE))]

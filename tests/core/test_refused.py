@@ -5,8 +5,6 @@ from pathlib import Path
 import pytest
 from weathers import BARROW, ERA5
 
-from citypv.core.commands.command_line import main
-
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 SIMULATE = [
     ("nowhere.gml", "nowhere.gml"),
@@ -44,6 +42,12 @@ SIMULATE = [
     ("CITY --tile 100", "--tile: is for cities traced in tiles; give --cluster local:N"),
     ("CITY --cluster serial --target-error 1", "--target-error: is for runs without tiles"),
     ("CITY --cluster serial --estimator forward", "--estimator forward: traces whole cities only"),
+    ("CITY --editable --cluster serial", "--editable: is for runs without tiles"),
+    ("CITY --editable --target-error 1", "--editable: an editable run has one round"),
+    ("CITY --editable --estimator forward", "gather"),
+    ("nowhere.gml --weather nowhere.epw", "nowhere.epw: cannot be read"),
+    ("nowhere.gml --weather empty.epw", "empty.epw: the file is empty"),
+    ("nowhere.gml --weather albedo.csv", "albedo.csv: is not in a known weather format"),
 ]
 FAR = "--pictures off --weather"
 WORLD = [
@@ -70,17 +74,25 @@ WORLD = [
 ]
 
 
+FILES = {  # beside the command: what means nothing as weather, as a horizon
+    "empty.epw": "",
+    "albedo.csv": "surface,material\nroof,mirror\n",
+    "heights.asc": "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n",
+    "mesh.obj": "v 0 0 0\n",
+}
+
+
 @pytest.fixture
-def refusal(city, tmp_path, capfd, monkeypatch):
+def refusal(city, tmp_path, refused, monkeypatch):
     """Returns the one line that a command refuses words with; nothing is written."""
     monkeypatch.chdir(tmp_path)
-    places = {"CITY": str(city), "ERA5": str(ERA5), "BARROW": str(BARROW), "DEM": str(DEM)}
+    places = {"CITY": city, "ERA5": ERA5, "BARROW": BARROW, "DEM": DEM}
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
 
     def refuse(words):
-        assert main([*(places.get(word, word) for word in words.split()), "--out", "out", "--quiet"]) == 2
-        said = capfd.readouterr().err
-        assert said.count("\n") == 1
-        assert not list(tmp_path.iterdir())
+        said = refused(*(places.get(word, word) for word in words.split()))
+        assert {path.name for path in tmp_path.iterdir()} == set(FILES)
         return said
 
     return refuse
@@ -88,65 +100,29 @@ def refusal(city, tmp_path, capfd, monkeypatch):
 
 @pytest.mark.parametrize(("words", "problem"), SIMULATE)
 def test_a_run_that_cannot_be_meant(refusal, words, problem):
-    assert problem in refusal(f"simulate {words}")
+    """A bad weather file is refused before the city is read, which is not even there."""
+    said = refusal(f"simulate {words} --out out --quiet")
+    assert problem in said and ("nowhere.gml" in said) == ("nowhere.gml" in problem)
 
 
 @pytest.mark.parametrize(("words", "problem"), WORLD)
 def test_a_map_of_the_world_that_cannot_be_meant(refusal, words, problem):
-    assert problem in refusal(f"world {words}")
+    assert problem in refusal(f"world {words} --out out --quiet")
 
 
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (None, "cannot be read"),
-        ("", "the file is empty"),
-        ("some words without meaning\n", "is not in a known weather format"),
-    ],
-)
-def test_a_bad_weather_file_is_refused_before_the_city_is_read(tmp_path, capsys, content, problem):
-    """The city is not even there: what is said is said of the weather."""
-    path = tmp_path / "year.epw"
-    if content is not None:
-        path.write_text(content)
-    given = ["simulate", str(tmp_path / "nowhere.gml"), "--weather", str(path), "--out", str(tmp_path / "out")]
-    assert main(given) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"citypv: error: {path}: {problem}")
-    assert "nowhere.gml" not in told
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """The current folder, with files that mean nothing as a horizon."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
-    grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"
-    (tmp_path / "heights.asc").write_text(grid, encoding="utf-8")
-    for name in ("mesh.obj", "city.gml"):
-        (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
-    return tmp_path
-
-
-@pytest.mark.parametrize("command", ["simulate", "effects", "accuracy"])
+@pytest.mark.parametrize("command", ["simulate --out out", "effects", "accuracy"])
 @pytest.mark.parametrize(
     ("settings", "problem"),
     [
-        (["--estimator", "forward", "--effects", "sky-rays=off"], "--effects: sky-rays=off is for gather only"),
-        (["--effects", "terrain-horizon=on"], "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
-        (["--albedo-file", "albedo.csv"], "albedo.csv: line 2: mirror needs an albedo; give one"),
-        (["--horizon", "nowhere.tif"], "nowhere.tif: no such file"),
-        (["--horizon", "albedo.csv"], "albedo.csv: has neither two columns nor one"),
-        (["--horizon", "heights.asc"], "heights.asc: names no coordinate reference system"),
-        (["--horizon", "mesh.obj"], "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
+        ("--estimator forward --effects sky-rays=off", "--effects: sky-rays=off is for gather only"),
+        ("--effects terrain-horizon=on", "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
+        ("--albedo-file albedo.csv", "albedo.csv: line 2: mirror needs an albedo; give one"),
+        ("--horizon nowhere.tif", "nowhere.tif: no such file"),
+        ("--horizon albedo.csv", "albedo.csv: has neither two columns nor one"),
+        ("--horizon heights.asc", "heights.asc: names no coordinate reference system"),
+        ("--horizon mesh.obj", "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
     ],
 )
-def test_what_tracing_lacks_is_told_before_the_city_is_read(folder, capsys, command, settings, problem):
-    given = [command, "nowhere.gml", *settings, *(["--out", "out"] if command == "simulate" else [])]
-    assert main(given) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"citypv: error: {problem}")
-    assert "nowhere.gml" not in told
-    assert len(told.splitlines()) == 1
-    assert not (folder / "out").exists()
+def test_what_tracing_lacks_is_told_before_the_city_is_read(refusal, command, settings, problem):
+    said = refusal(f"{command} nowhere.gml {settings}")
+    assert said.startswith(f"citypv: error: {problem}") and "nowhere.gml" not in said

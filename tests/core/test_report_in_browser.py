@@ -13,7 +13,7 @@ from browser import Browser, find_chromium
 from matplotlib import colormaps
 from matplotlib.image import imread
 from report_page import Picture, numbers, shown, shown_parts
-from small_city import HEAD, house
+from small_city import house, write_gml
 
 from citypv.core.commands.command_line import main
 from citypv.core.results.read_results import read_results
@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
         size, low = rng.uniform([8, 8, 4], [16, 16, 20]), (24 * (k % 4), 24 * (k // 4))
         text += house(escape(name, {'"': "&quot;"}), low, size)
     city = place / "city.gml"
-    city.write_text(f"{HEAD}{text}</CityModel>\n", encoding="utf-8")
+    write_gml(city, text)
     assert main(["simulate", str(city), "--monthly", "--out", str(place / "out"), *FAST]) == 0
     assert main(["plot", str(place / "out"), "--quiet"]) == 0
     return place / "out"

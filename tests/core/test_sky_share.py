@@ -4,9 +4,9 @@ import numpy as np
 import pvlib
 import pytest
 from cities import box, make_city
-from planes import DC, light_on_plane, sapm_power
+from planes import DC, run_chain
 from transfers import unshaded_transfer
-from weathers import ERA5
+from weathers import HOUR
 
 from citypv.core.accuracy.effect_shares import share_of_sky, state_sky
 from citypv.core.city.build_scene import build_scene
@@ -17,44 +17,34 @@ from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year, trace_scene
 from citypv.core.sun.sky_models import SkyParts, choose_share
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 TILT, AZIMUTH = [90, 90, 90, 30], [180, 90, 0, 180]
 PLAIN = {"aoi": False, "spectrum": False, "temperature": False}
 
 
-@pytest.fixture(scope="module")
-def berlin():
-    weather = read_weather(ERA5, 52.51, 13.39)
-    return weather, unshaded_transfer(choose_suns("hourly", *weather.axis), TILT, AZIMUTH)
-
-
-def power_by_pvlib(weather, tilt, azimuth, sky):
-    """Full load hours of an unshaded plane at 25 °C without losses at the glass, from pvlib."""
-    light = sum(light_on_plane(weather.data, tilt, azimuth, sky)[:3])
-    return sapm_power(light, 25.0 + 0 * light).sum()
+def hours_by_pvlib(weather, sky):
+    """Full load hours of the planes at 25 °C without losses at the glass."""
+    planes = zip(TILT, AZIMUTH, strict=True)
+    return np.array([run_chain(weather.data, *plane, sky=sky, without=PLAIN)[1].sum() for plane in planes])
 
 
 def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     """The horizon of these unshaded planes was not traced: they see all of it."""
-    weather, transfer = berlin
+    transfer = unshaded_transfer(choose_suns("hourly", *berlin.axis), TILT, AZIMUTH)
     assert not transfer.sources
     area = np.where(transfer.surfaces.eligible, transfer.surfaces.area, 0)
-    planes = list(zip(TILT, AZIMUTH, strict=True))
-    perez, even = (
-        np.array([power_by_pvlib(weather, *plane, sky) for plane in planes]) for sky in ("perez", "isotropic")
-    )
+    perez, even = (hours_by_pvlib(berlin, sky) for sky in ("perez", "isotropic"))
     system = build_system(Request(effects=PLAIN, **DC))
-    share, largest = share_of_sky(transfer, weather, system, 1)
+    share, largest = share_of_sky(transfer, berlin, system, 1)
     assert share == pytest.approx(area @ (perez - even) / (area @ perez), abs=2e-3)
     assert largest == pytest.approx(np.abs(1 - even / perez)[area > 0].max(), abs=5e-3)
 
     # Left out, the bound is compared with what it would have changed; simulated, nothing is left out.
     plan = {"key": "perez", "on": False, "extent": "isotropic sky", "reason": "as asked", "bound": 0.2}
     summary = {"traced": {"effects": [dict(plan), {"key": "aoi", "on": True}]}}
-    state_sky(summary, transfer, weather, system, sky="isotropic", threads=1)
+    state_sky(summary, transfer, berlin, system, sky="isotropic", threads=1)
     assert summary["traced"]["effects"][0]["outcome"] == {"left_out": largest, "holds": True}
-    state_sky(summary, transfer, weather, system, sky="perez", threads=1)
+    state_sky(summary, transfer, berlin, system, sky="perez", threads=1)
     again = summary["traced"]["effects"][0]
     assert again["on"] and again["outcome"]["left_out"] == 0 and again["share"] == share
     assert summary["traced"]["effects"][1] == {"key": "aoi", "on": True}
@@ -62,10 +52,9 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
 
 def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
     """The bound of the isotropic sky: DHI over the dome's part of it, for unshaded planes that change less."""
-    weather, _ = berlin
-    data = weather.data
+    data = berlin.data
     zenith, sun_azimuth = data["apparent_zenith"], data["solar_azimuth"]
-    extra = pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy()
+    extra = pvlib.irradiance.get_extra_radiation(data.index + HOUR / 2).to_numpy()
     airmass = pvlib.atmosphere.get_relative_airmass(zenith)
     sky = data["dhi"], data["dni"], extra, zenith, sun_azimuth, airmass
     parts = pvlib.irradiance.perez(0, 180, *sky, return_components=True)
@@ -73,8 +62,8 @@ def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
     dome = np.where(airmass.notna() & (data["dhi"] > 0), dome, data["dhi"])
     expected = data["dhi"].sum() / dome.sum() - 1
     assert expected > 0.5
-    assert bound_change(weather, np.array([-0.2, 0.3])) == pytest.approx(expected, rel=1e-3)
-    assert bound_change(weather, np.array([-0.6, 0.3])) == pytest.approx(0.6 / 0.4)
+    assert bound_change(berlin, np.array([-0.2, 0.3])) == pytest.approx(expected, rel=1e-3)
+    assert bound_change(berlin, np.array([-0.6, 0.3])) == pytest.approx(0.6 / 0.4)
 
 
 @pytest.mark.slow

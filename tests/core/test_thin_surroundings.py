@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_city import HEAD, house
+from small_city import house, write_gml
 
 from citypv.core.cluster.thin_surroundings import draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, prepare_whole, surround, take_part
@@ -27,9 +27,7 @@ def tile(tmp_path_factory):
         house(f"h{x}_{y}", (STEP * x + (y % 3), STEP * y + (x % 4)), (14, 12, 16 + (5 * x + 3 * y) % 8), ridge=3.0)
         for x, y in places
     ]
-    path = tmp_path_factory.mktemp("town") / "town.gml"
-    path.write_text(f"{HEAD}{''.join(houses)}</CityModel>\n", encoding="utf-8")
-    scene = read_scene([path], REQUEST)
+    scene = read_scene([write_gml(tmp_path_factory.mktemp("town") / "town.gml", *houses)], REQUEST)
     weather = read_year(scene.site, REQUEST)
     suns = choose_suns("days:4", *weather.axis, position=weather.data)
     whole = prepare_whole(scene)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from cities import box, make_city
-from small_city import HEAD, house, write_small_city
+from small_city import house, write_gml, write_small_city
 
 import citypv
 from citypv.__main__ import main
@@ -29,15 +29,14 @@ def folder(tmp_path_factory):
     albedo.write_text("surface,albedo\nroof,0.4\n", encoding="utf-8")
     made = ["simulate", str(city), "--out", str(folder / "base"), *OPTIONS, "--quiet", "--editable"]
     assert main([*made, "--albedo-file", str(albedo)]) == 0
-    (folder / "tower.gml").write_text(f"{HEAD}{house('tower', (0, -16), (12, 10, 40))}</CityModel>", encoding="utf-8")
+    write_gml(folder / "tower.gml", house("tower", (0, -16), (12, 10, 40)))
     albedo.rename(folder / "kept.csv")
     return folder
 
 
 def trace_anew(folder, name, houses, **more):
     """Results of a run of an edited city at the place of the base."""
-    path = folder / f"{name}.gml"
-    path.write_text(f"{HEAD}{houses}</CityModel>", encoding="utf-8")
+    path = write_gml(folder / f"{name}.gml", houses)
     told = {"albedo_file": folder / "kept.csv", "site_of": folder / "base", **more}
     return citypv.simulate(path, **FEW | told)
 
@@ -118,13 +117,11 @@ def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
     (["base", "--add", "local.obj"], "names no coordinate reference system; add --local"),
     (["plain", "--remove", "a"], "rays.nc: there is no such file, so this run cannot be edited"),
 ])  # fmt: skip
-def test_refused_with_one_line(arguments, words, folder, monkeypatch, capfd):
+def test_refused_with_one_line(arguments, words, folder, monkeypatch, refused):
     monkeypatch.chdir(folder)
     (folder / "plain").mkdir(exist_ok=True)
     (folder / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
-    assert main(["variant", *arguments, "--out", "refused", "--quiet"]) == 2
-    said = capfd.readouterr().err
-    assert words in said and said.count("\n") == 1
+    assert words in refused("variant", *arguments, "--out", "refused", "--quiet")
     assert not (folder / "refused").exists()
 
 
@@ -159,14 +156,3 @@ def test_local_trees_and_buildings_stand_by_the_origin(folder):
     expected = np.array(site.origin) + np.array([*east, 0.0])
     assert placed.trees[0].place == pytest.approx(expected, abs=1e-6)
     assert np.linalg.norm(placed.points - expected, axis=1).min() < 1e-6
-
-
-def test_what_cannot_be_edited_is_refused_before_tracing(folder, capfd):
-    common = ["simulate", str(folder / "small.gml"), "--out", str(folder / "no"), "--quiet", "--editable"]
-    for more, words in (
-        (["--cluster", "serial"], "--editable: is for runs without tiles"),
-        (["--target-error", "1"], "--editable: an editable run has one round"),
-        (["--estimator", "forward"], "gather"),
-    ):
-        assert main([*common, *OPTIONS, *more]) == 2
-        assert words in capfd.readouterr().err

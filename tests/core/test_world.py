@@ -8,13 +8,16 @@ import pvlib
 import pytest
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import dc_system, thermal_parameters
+from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.transfer import SourceLight
 from citypv.core.results.write_tables import place_periods
 from citypv.core.results.write_tables import sum_periods as sum_rows
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
+from citypv.core.sun.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import match_triangles, sky_grid_suns, triangulate_sky
+from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.sun.suns import interrupted_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
@@ -29,8 +32,9 @@ from citypv.core.world.sources import (
     station_source,
 )
 
+from .planes import run_chain
 from .transfers import Horizons
-from .weathers import BARROW, PVGIS
+from .weathers import BARROW, HOUR, PVGIS, year_of
 
 # 57° S to 72° N, both sides of the date line, all on land.
 LAND = [(-54.8, -68.3), (-45.0, 169.5), (-33.4, -70.6), (-25.0, 134.0), (-15.0, -47.0), (-3.0, 23.0), (0.2, 32.5)]
@@ -112,27 +116,8 @@ def test_unshaded_planes_are_pvlibs(system):
     for row, place in enumerate(LAND):
         data = read_weather("climate", *place).data
         for group, (tilt, azimuth) in enumerate(zip(surfaces.surface_tilt, surfaces.surface_azimuth, strict=True)):
-            expected = hours_by_pvlib(data, tilt, azimuth, system)
+            expected = run_chain(data, tilt, azimuth)[1].sum()
             assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
-
-
-def hours_by_pvlib(data, tilt, azimuth, system):
-    zenith = data["apparent_zenith"]
-    sun = zenith, data["solar_azimuth"]
-    projection = np.maximum(pvlib.irradiance.aoi_projection(tilt, azimuth, *sun), 0)
-    direct = data["dni"] * projection
-    level = data["dni"] * np.maximum(np.cos(np.radians(zenith)), 0)
-    sky = pvlib.irradiance.isotropic(tilt, data["dhi"])
-    ground = pvlib.irradiance.get_ground_diffuse(tilt, data["dhi"] + level, 0.25)
-    module = system.module.parameters
-    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), data["pressure"])
-    aoi = np.degrees(np.arccos(np.minimum(projection, 1)))
-    effective = pvlib.pvsystem.sapm_effective_irradiance(direct, sky + ground, airmass.clip(upper=10), aoi, module)
-    total = direct + sky + ground
-    thermal = thermal_parameters("open-rack")
-    temperature = pvlib.temperature.sapm_cell(total, data["temp_air"], data["wind_speed"], **thermal)
-    lit = effective > 0
-    return pvlib.pvsystem.sapm(effective[lit], temperature[lit], module)["p_mp"].sum() / system.module.nominal_power
 
 
 def test_poles_and_date_line(system):
@@ -240,3 +225,21 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
     )
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
+
+
+def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
+    whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
+    flat.surfaces.eligible[:] = False
+    days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
+    part = Horizons(9).transfer(replace(interrupted_suns(sky_grid_suns(100), 40), sampling="sky-grid:100"))
+    for transfer, words in (
+        (days, r"days:2, which holds for one latitude only; .*--suns sky-grid"),
+        (part, "40 directions"),
+        (replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), "again without --horizon"),
+        (replace(whole, bare=whole, leaf_months=(5, 6)), "--leaf-months all"),
+        (flat, "no eligible"),
+    ):
+        with pytest.raises(InputError, match=words):
+            build_environment("town", "transfer.nc", transfer, system)
+    with pytest.raises(InputError, match="--sky isotropic"):
+        build_environment("town", "transfer.nc", whole, system, "perez")
