@@ -3,12 +3,7 @@
 import itertools
 
 import numpy as np
-from scenes import join, strip, suns_towards
-
-from citypv.core.photons.specular_light import trace_hybrid
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
+from scenes import join, run_forward, run_hybrid, strip, suns_towards
 
 HEIGHT, HALF = 10.0, 400.0  # [m] of the facade, and half its length
 EDGES = np.array([0.0, 4.0, 8.0, 12.0, 20.0])  # [m] from the facade, of strips of the street
@@ -40,13 +35,12 @@ def finish(tmp_path, text):
 def trace_street(tmp_path, text, elevation, estimator="gather", **settings):
     """Transfer of the street with the finishes of a text, under one sun that stands before the facade."""
     angle = np.radians(elevation)
-    trace, rays = {
-        "gather": (trace_hybrid, {"samples": 1 << 17, "shadow_samples": 1 << 15}),
-        "forward": (trace_forward, {"samples": 25_000}),
+    run, rays = {
+        "gather": (run_hybrid, {"samples": 1 << 17, "shadow_samples": 1 << 15}),
+        "forward": (run_forward, {"samples": 25_000}),
     }[estimator]
-    rays |= {"estimator": estimator, "max_bounces": 1, "far_ground": False}
-    request = Request(albedo_file=finish(tmp_path, text), **rays | settings)
-    return trace(street(), suns_towards([[0, -np.cos(angle), np.sin(angle)]]), request, silent)
+    rays |= {"max_bounces": 1, "far_ground": False, "albedo_file": finish(tmp_path, text)}
+    return run(street(), suns_towards([[0, -np.cos(angle), np.sin(angle)]]), **rays | settings)
 
 
 def light_of_strips(transfer, column=None):

@@ -32,9 +32,12 @@ class Glb:
 
     def accessor(self, number):
         one = self.json["accessors"][number]
-        shape = (-1, WIDTH[one["type"]]) if one["type"] != "SCALAR" else -1
-        values = np.frombuffer(self.view(one["bufferView"]), NUMBERS[one["componentType"]]).reshape(shape)
-        assert len(values) == one["count"]
+        kind, view = np.dtype(NUMBERS[one["componentType"]]), self.json["bufferViews"][one["bufferView"]]
+        width, first = WIDTH[one["type"]], one.get("byteOffset", 0)
+        assert view.get("byteStride", width * kind.itemsize) == width * kind.itemsize
+        values = np.frombuffer(self.view(one["bufferView"]), kind, one["count"] * width, first)
+        values = values.reshape(-1, width) if width > 1 else values
+        assert "byteOffset" in one or len(self.view(one["bufferView"])) == values.nbytes
         if "min" in one:
             assert values.min(axis=0).tolist() == one["min"] and values.max(axis=0).tolist() == one["max"]
         return values

@@ -5,6 +5,7 @@ import numpy as np
 from citypv.core.city.classify import classify
 from citypv.core.city.scene import Scene, Site, Surfaces
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -86,6 +87,14 @@ def run_gather(scene, suns, **settings):
 def run_forward(scene, suns, **settings):
     """Transfer of forward with some settings of a Request."""
     return trace_forward(scene, suns, Request(estimator="forward", **settings), silent)
+
+
+def run_hybrid(scene, suns, **settings):
+    """Transfer of gather with mirrors, with some settings of a Request."""
+    return trace_hybrid(scene, suns, Request(**settings), silent)
+
+
+RUNS = {"gather": run_gather, "forward": run_forward}
 
 
 def assert_mean(estimate, standard_error, expected, z=4):

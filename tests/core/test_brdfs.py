@@ -76,7 +76,7 @@ def test_share_is_what_the_law_says(brdf, zenith):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize("zenith", [*ZENITHS, 89.9])
+@pytest.mark.parametrize("zenith", [0.0, 60.0, 89.9])
 @pytest.mark.parametrize("brdf", [Lambertian(1.0), Mirror(1.0), Glossy(1.0, 0.05), Glossy(1.0, 1.0)], ids=str)
 def test_white_furnace(brdf, zenith):
     """What reflects all light reflects exactly all of it; facets lose what meets a second one, and never add any."""

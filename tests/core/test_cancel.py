@@ -190,14 +190,9 @@ def test_an_interruption_loses_a_small_share_of_the_suns(way, largest):
         assert [sun_blocks.count_kept(suns, blocks[: k + 1]) for k in range(len(blocks))] == [b.stop for b in blocks]
 
 
-def test_blocks_end_with_days_where_days_are_short_enough():
+def test_where_days_are_cut_suns_are_kept_up_to_their_ends():
+    """So many patches that there is room for six suns."""
     suns = suns_of("typical-days:8")
-    blocks = sun_blocks.cut_into_blocks(suns, 1000)
-    assert [block.start for block in blocks] == [0, *(block.stop for block in blocks[:-1])]
-    assert blocks[-1].stop == len(suns)
-    assert {block.stop for block in blocks} <= set(end_of_days(suns).tolist())
-    assert max(block.stop - block.start for block in blocks) <= sun_blocks.SUNS_PER_BLOCK
-    # So many patches that there is room for six suns: then days are cut, and kept where they end.
     narrow = sun_blocks.cut_into_blocks(suns, int(sun_blocks.BYTES_PER_BLOCK / 4 / 6))
     assert max(block.stop - block.start for block in narrow) == 6
     kept = {sun_blocks.count_kept(suns, narrow[:number]) for number in range(len(narrow) + 1)}

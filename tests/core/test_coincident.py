@@ -2,27 +2,25 @@
 
 import numpy as np
 import pytest
-from scenes import join, strip, suns_towards
+from scenes import RUNS, join, strip, suns_towards
 from shapely.geometry import Polygon
 from test_covered import box
 
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.5, 0.7, 0.2]])
-ESTIMATORS = {"gather": (trace_gather, 1024), "forward": (trace_forward, 8000)}
-both = pytest.mark.parametrize("estimator", ESTIMATORS)
+SAMPLES = {"gather": 1024, "forward": 8000}
+both = pytest.mark.parametrize("estimator", SAMPLES)
 
 
-def trace(estimator, parts, **settings):
-    run, samples = ESTIMATORS[estimator]
-    return run(join(parts), SUNS, Request(**{"samples": samples, "estimator": estimator} | settings), silent)
+def trace(estimator, parts, footprint=(), **settings):
+    """Transfer of some parts, of whose triangles some are known as footprints."""
+    scene = join(parts)
+    scene.footprint[list(footprint)] = True
+    return RUNS[estimator](scene, SUNS, **{"samples": SAMPLES[estimator]} | settings)
 
 
 def turned_over(part):
@@ -56,20 +54,6 @@ def test_pairs_are_those_that_overlap(seed):
                 (known if width > 1e-3 else unsure if common.area > 0 else set()).add((one, other))
     assert len(known) > 200
     assert known <= in_pairs(found) <= known | unsure
-
-
-def test_places_of_a_pair_are_the_same_place():
-    generator = np.random.default_rng(7)
-    flat = np.concatenate([generator.uniform(-5, 5, (80, 3, 2)), np.zeros((80, 3, 1))], axis=2)
-    corners = flat @ np.linalg.qr(generator.normal(size=(3, 3)))[0].T + 1000
-    found = find_coincident(corners, np.full(80, 1e-3))
-    one = np.repeat(np.arange(80), np.diff(found.start))
-    weights = generator.dirichlet([1, 1, 1], len(one))
-    point = np.einsum("ek,ekx->ex", weights, corners[one])
-    c1, c2 = np.einsum("eij,ej->ei", found.places, np.column_stack([np.ones(len(one)), weights[:, 1:]])).T
-    again = np.einsum("ek,ekx->ex", np.column_stack([1 - c1 - c2, c1, c2]), corners[found.other])
-    assert len(one) > 100
-    assert np.abs(again - point).max() < 1e-6
 
 
 def test_faces_that_touch_or_stand_apart_are_no_pairs():
@@ -144,12 +128,8 @@ def test_party_walls_are_no_sheets():
 @both
 def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
     """A floor that is known as a footprint, of a house that has nothing else."""
-    scene = join(
-        [strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2), turned_over(strip([-8, -7, 5], [17, 0, 0], [0, 14, 0], 3))]
-    )
-    scene.footprint[4:] = True
-    run, samples = ESTIMATORS[estimator]
-    transfer = run(scene, SUNS, Request(samples=samples, estimator=estimator, max_bounces=0), silent)
+    roof, floor = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2), strip([-8, -7, 5], [17, 0, 0], [0, 14, 0], 3)
+    transfer = trace(estimator, [roof, turned_over(floor)], footprint=range(4, 10), max_bounces=0)
     assert transfer.diffuse_relative[:4] == pytest.approx(1, abs=0.02)
     assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
 

@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
 
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
-
 SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
 
 
@@ -53,10 +49,9 @@ def test_covered_ground_hands_on_all_its_light():
     house = box((-depth, 0, 0), (depth, depth, 10))
     whole = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, 2 * depth, 0], 65), *house])
     half = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, depth, 0], 32), *house])
-    request = Request(samples=16384, max_bounces=1, far_ground=False)
-    whole, half = (trace_gather(scene, SUN, request, silent) for scene in (whole, half))
     walls = []
-    for transfer in (whole, half):
+    for scene in (whole, half):
+        transfer = run_gather(scene, SUN, samples=16384, max_bounces=1, far_ground=False)
         south = np.flatnonzero((transfer.surfaces.surface_azimuth == 180) & (transfer.surfaces.surface_tilt == 90))
         walls.append(np.average(transfer.diffuse_relative[south] - transfer.sky_view_factor[south]))
     assert walls[1] > 0.09

@@ -11,16 +11,7 @@ from citypv.core.sun.solar_position import solar_days
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
 
-PLACES = [
-    (0.0, 0.0),
-    (52.5, 13.4),
-    (-33.4, -70.8),
-    (9.0, 38.8),
-    (66.56, 25.0),
-    (75.0, 179.9),
-    (90.0, 0.0),
-    (-90.0, 0.0),
-]
+PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (66.56, 25.0), (75.0, 179.9), (90.0, 0.0)]
 
 
 def rebuild(suns, times, interval, latitude, longitude):
@@ -58,9 +49,7 @@ def test_where_nodes_are_missing():
 @pytest.mark.once
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
-    [(*place, 60) for place in PLACES]
-    + [(52.5, 13.4, minutes) for minutes in (5, 10, 15, 20, 30)]
-    + [(-90.0, 0.0, 15)],
+    [(*place, 60) for place in PLACES] + [(52.5, 13.4, minutes) for minutes in (5, 20, 30)] + [(-90.0, 0.0, 15)],
 )
 def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     interval = pd.Timedelta(minutes=minutes)
@@ -77,9 +66,7 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize(
-    ("latitude", "longitude"), [(-33.4, 5.0), (52.5, 7.5), (80.0, -105.0), (-33.4, 179.9), (52.5, -105.0), (80.0, 7.5)]
-)
+@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 7.5), (80.0, -105.0), (-33.4, 179.9)])
 def test_traced_elsewhere_on_the_latitude(latitude, longitude):
     """The suns of one longitude, hour by hour, serve the hours of another."""
     suns = choose_suns("days:24", year_of(), HOUR, latitude, 0.0)

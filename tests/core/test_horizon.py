@@ -7,17 +7,14 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
-from scenes import assert_mean, scene_of_triangles, suns_towards
+from scenes import RUNS, assert_mean, run_forward, run_gather, scene_of_triangles, suns_towards
 from transfers import unshaded_transfer
 from weathers import BERLIN
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.horizon import STEPS, TerrainHorizon, elevation_at, is_above
 from citypv.core.sun.read_horizon import read_horizon_table
@@ -26,6 +23,7 @@ from citypv.core.sun.terrain_loss import lost_sky
 from citypv.core.weather.read_weather import read_weather
 
 HOUR = pd.Timedelta(hours=1)
+RAYS = {"sky-rays": True, "shadow-rays": True}
 
 
 def uniform(height):
@@ -104,12 +102,9 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
     """Terrain above the horizontal reflects as the far ground does."""
     horizon = read_horizon_table(write_angles(tmp_path / "ridge.csv", shape(10), step=1))
     settings = {"horizon": horizon.source, "max_bounces": 1, "albedo": 0.0, "ground_albedo": 0.4, "threads": 1}
-    if estimator == "forward":
-        request, trace = Request(estimator="forward", samples=1 << 17, **settings), trace_forward
-    else:
-        effects = {"sky-rays": True, "shadow-rays": True} if estimator == "rays" else {}
-        request, trace = Request(effects=effects, samples=1 << 12, **settings), trace_gather
-    found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
+    settings |= {"effects": RAYS} if estimator == "rays" else {}
+    settings["samples"] = 1 << (17 if estimator == "forward" else 12)
+    found = RUNS.get(estimator, run_gather)(slopes, suns_towards([[0, -0.6, 0.8]]), **settings)
     upward = slopes.surfaces.normal[:, 2]
     lost = lost_sky(slopes.surfaces.normal, horizon)
     sky, ground = (1 + upward) / 2 - lost, (1 - upward) / 2 + lost
@@ -125,10 +120,8 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
 def test_a_level_horizon_changes_no_bit(tmp_path):
     scene = scene_of_triangles([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 4, 4), (4, 4, 0)], [(0, 1, 2), (2, 4, 3)])
     suns = suns_towards([[0.3, -0.6, 0.5], [0.8, 0.1, 0.05]])
-    level = Request(
-        horizon=write_angles(tmp_path / "level.csv", uniform(0)), effects={"terrain-horizon": True}, threads=1
-    )
-    with_it, without = (trace_gather(scene, suns, request, silent) for request in (level, Request(threads=1)))
+    level = {"horizon": write_angles(tmp_path / "level.csv", uniform(0)), "effects": {"terrain-horizon": True}}
+    with_it, without = (run_gather(scene, suns, threads=1, **settings) for settings in (level, {}))
     for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
         assert (getattr(with_it, name) == getattr(without, name)).all(), name
 
@@ -172,12 +165,9 @@ def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
     """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind one of 3.25°."""
     for height, left in ((10.0, 0.0), (3.25, 0.5)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
-        rays = {"sky-rays": True, "shadow-rays": True}
-        for effects, trace in (({}, trace_gather), (rays, trace_gather), ({}, trace_forward)):
-            estimator = trace.__name__.removeprefix("trace_")
+        for effects, run in (({}, run_gather), (RAYS, run_gather), ({}, run_forward)):
             settings = {"horizon": path, "sky": "perez", "max_bounces": 0, "samples": 1 << 14, "threads": 1}
-            request = Request(effects=effects, estimator=estimator, **settings)
-            found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
+            found = run(slopes, suns_towards([[0, -0.6, 0.8]]), effects=effects, **settings)
             expected = left * np.sin(np.radians(slopes.surfaces.surface_tilt))
             assert_mean(found.sources["horizon"].view_factor, found.sources["horizon"].standard_error + 1e-3, expected)
 

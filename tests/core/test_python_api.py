@@ -22,10 +22,14 @@ SETTINGS = {
     "few rays": ([], {}),
     "draft": (["--preset", "draft"], {"preset": "draft"}),
     "as the paper": (["--method", "paper"], {"method": "paper"}),
-    "effects": (["--effects", "reflectors=off", "perez=on"], {"effects": {"reflectors": False, "perez": True}}),
-    "usable shares": (["--usable", "facade=0.6,roof=0.8"], {"usable": {"facade": 0.6, "roof": 0.8}}),
-    "a weather file": (["--weather", str(ERA5)], {"weather": ERA5}),
-    "losses and an inverter": (["--losses", "5", "--inverter", "pvwatts"], {"losses": 5, "inverter": "pvwatts"}),
+    "effects, shares and losses": (
+        ["--effects", "reflectors=off", "perez=on", "--usable", "facade=0.6,roof=0.8", "--losses", "5"],
+        {"effects": {"reflectors": False, "perez": True}, "usable": {"facade": 0.6, "roof": 0.8}, "losses": 5},
+    ),
+    "a weather file and an inverter": (
+        ["--weather", str(ERA5), "--inverter", "pvwatts"],
+        {"weather": ERA5, "inverter": "pvwatts"},
+    ),
 }
 
 

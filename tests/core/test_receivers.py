@@ -1,18 +1,15 @@
 """Surfaces that pass on light without being eligible: sampled less, with the same light and honest errors."""
 
 import numpy as np
-import pandas as pd
 import pytest
+from scenes import run_gather
 from test_closed_forms import direct_relative
 from test_tracing import SUNS, three_houses
-from weathers import HOUR
+from weathers import HOUR, year_of
 
 from citypv.core.effects.receivers import choose_turns
 from citypv.core.light.shadow_points import split_net
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.rays.sample_points import grid_of
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 
 
@@ -24,14 +21,12 @@ def on_ground():
 
 
 def traced_for(report, suns, seed=0, samples=256, shadow_samples=16):
-    request = Request(report=report, seed=seed, samples=samples, shadow_samples=shadow_samples)
-    return trace_gather(on_ground(), suns, request, silent)
+    return run_gather(on_ground(), suns, report=report, seed=seed, samples=samples, shadow_samples=shadow_samples)
 
 
 @pytest.fixture(scope="module")
 def year():
-    times = pd.date_range("2021-01-01", "2022-01-01", freq="h", inclusive="left", tz="UTC")
-    return choose_suns("days:4", times, HOUR, 52.5, 13.4)
+    return choose_suns("days:4", year_of(), HOUR, 52.5, 13.4)
 
 
 def test_receivers_keep_their_own_rays():

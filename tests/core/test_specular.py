@@ -6,21 +6,16 @@ import numpy as np
 import pytest
 from leaves import box, crowns_of
 from mirror_street import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street, trace_street
-from scenes import assert_mean, join, run_gather, strip, suns_towards
+from scenes import assert_mean, join, run_forward, run_gather, run_hybrid, strip, suns_towards
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
 
 from citypv.core.light import sun_blocks
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.brdfs import reflect_interfaces
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons import specular_light
-from citypv.core.photons.specular_light import trace_hybrid
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"
 
@@ -74,34 +69,30 @@ def test_a_mirror_below_a_layer_of_leaves(tmp_path):
     A mirror that absorbs nothing shows what it hides: the street is as bright as without it.
     """
     scene, thickness = replace(street(), trees=crowns_of(box([-4000, -4000, 12], [4000, 4000, 14]))), 0.6
-    request = Request(
-        albedo_file=finish(tmp_path, MIRROR.format(0).replace("0.6", "1")),
-        leaf_area_density=thickness,  # with an extinction coefficient of 0.5, over 2 m
-        samples=1 << 14,
-        shadow_samples=1 << 13,
-        far_ground=False,
-        max_bounces=1,
-        threads=1,
-    )
-    transfer = trace_hybrid(scene, suns_towards([[0, -(3**0.5), 1]]), request, silent)
+    path, rays = finish(tmp_path, MIRROR.format(0).replace("0.6", "1")), {"samples": 1 << 14, "shadow_samples": 1 << 13}
+    settings = {"albedo_file": path, "far_ground": False, "max_bounces": 1, "threads": 1}
+    # With an extinction coefficient of 0.5, over 2 m.
+    transfer = run_hybrid(scene, suns_towards([[0, -(3**0.5), 1]]), leaf_area_density=thickness, **rays, **settings)
     sky, sun = light_of_strips(transfer), light_of_strips(transfer, 0)
     assert max(sky[1].max(), sun[1].max()) < 0.01
     assert_mean(sky[0], np.maximum(sky[1], 0.002), 2 * expn(3, thickness))
     assert_mean(sun[0], sun[1] + 2e-4, np.exp(-2 * thickness) * 0.5 * lit_share(30.0))
 
 
-@pytest.mark.parametrize(
-    "finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing", "flat,0.5,mirror"]
-)
+def trace_houses(tmp_path, finishes, photons, **settings):
+    """Three houses with some finishes: the scene; by gather with mirrors, by gather with black ones, and by forward."""
+    scene, path = refined(three_houses(), 10.0), finish(tmp_path, f"surface,albedo,material\n{finishes}\n")
+    settings |= {"albedo": 0.5, "ground_albedo": 0.4, "albedo_file": path}
+    hybrid = run_hybrid(scene, SUNS, **settings)
+    black = run_hybrid(scene, SUNS, effects={"specular": False}, **settings)
+    return scene, hybrid, black, run_forward(scene, SUNS, **settings | {"samples": photons})
+
+
+@pytest.mark.parametrize("finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing"])
 def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
     """Reflections of all kinds after one another, with far ground."""
-    scene = refined(three_houses(), 10.0)
-    path = finish(tmp_path, f"surface,albedo,material\n{finishes}\n")
-    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=128)
-    hybrid = trace_hybrid(scene, SUNS, settings, silent)
-    black = trace_hybrid(scene, SUNS, replace(settings, effects={"specular": False}), silent)
-    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=150), silent)
-    one, other, without = group_means(hybrid), group_means(forward), group_means(black)
+    _, *transfers = trace_houses(tmp_path, finishes, 150, samples=128)
+    one, without, other = map(group_means, transfers)
     for key, pairs in one.items():
         for (mean, error), (expected, spread) in zip(pairs, other[key], strict=True):
             assert_mean(mean, np.hypot(error, spread) + 1e-6, expected)
@@ -116,12 +107,11 @@ def test_stated_errors_of_the_specular_pass_hold():
     scene, found = refined(three_houses(), 10.0), []
     scene.surfaces.material = ["panel"] * len(scene.surfaces)
     for seed in range(8):
-        request = Request(
-            albedo=0.0, ground_albedo=0.0, materials={"panel": MaterialSpec(0.9, "mirror")}, samples=64, seed=seed
-        )
+        settings = {"albedo": 0.0, "ground_albedo": 0.0, "samples": 64, "seed": seed}
+        settings["materials"] = {"panel": MaterialSpec(0.9, "mirror")}
         pair = [
-            trace_hybrid(scene, SUNS, replace(request, effects=effects), silent)
-            for effects in ({"reflections": True}, {"specular": False, "reflections": True})
+            run_hybrid(scene, SUNS, effects={"reflections": True, **more}, **settings)
+            for more in ({}, {"specular": False})
         ]
         added = (pair[0].direct_reflected - pair[1].direct_reflected) @ SUNS.weight
         variance, without = (one.direct_annual_standard_error**2 for one in pair)
@@ -135,11 +125,11 @@ def test_stated_errors_of_the_specular_pass_hold():
 
 def test_results_do_not_depend_on_threads_or_on_blocks(tmp_path, monkeypatch):
     path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
-    request = Request(albedo=0.5, albedo_file=path, samples=64, threads=1)
-    one = trace_hybrid(three_houses(), SUNS, request, silent)
+    settings = {"albedo": 0.5, "albedo_file": path, "samples": 64}
+    one = run_hybrid(three_houses(), SUNS, threads=1, **settings)
     monkeypatch.setattr(specular_light, "PHOTONS_PER_TASK", 1000)
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 2)
-    other = trace_hybrid(three_houses(), SUNS, replace(request, threads=3), silent)
+    other = run_hybrid(three_houses(), SUNS, threads=3, **settings)
     for name in ("diffuse_relative", "direct_reflected", "direct_annual_standard_error"):
         assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-5, abs=1e-7), name
 
@@ -154,25 +144,20 @@ def test_the_plan_and_gather_alone(tmp_path):
         ({"albedo_file": path, "effects": {"specular": False}}, False, "switched off"),
         ({}, False, "every material reflects diffusely"),
     ):
-        transfer = trace_hybrid(scene, suns, Request(samples=16, **settings), silent)
+        transfer = run_hybrid(scene, suns, samples=16, **settings)
         effect = next(one for one in transfer.record.effects if one["key"] == "specular")
         assert effect["on"] == on and words in effect["reason"]
     with pytest.raises(InputError, match="use trace_hybrid"):
         run_gather(scene, suns, albedo_file=path)
-    dull = Request(albedo_file=finish(tmp_path, "surface,material\nfacade,brick\n"), samples=16)
-    one, other = (trace(scene, suns, dull, silent) for trace in (trace_hybrid, trace_gather))
+    dull = {"albedo_file": finish(tmp_path, "surface,material\nfacade,brick\n"), "samples": 16}
+    one, other = (run(scene, suns, **dull) for run in (run_hybrid, run_gather))
     assert (one.diffuse_relative == other.diffuse_relative).all()
     assert (one.direct_reflected == other.direct_reflected).all()
 
 
 def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
     """The band at the horizon, the second source of Perez's sky, reflected by facades: as forward has it."""
-    scene = refined(three_houses(), 10.0)
-    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
-    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=256, sky="perez")
-    hybrid = trace_hybrid(scene, SUNS, settings, silent)
-    black = trace_hybrid(scene, SUNS, replace(settings, effects={"specular": False}), silent)
-    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=400), silent)
+    scene, hybrid, black, forward = trace_houses(tmp_path, "facade,0.8,mirror", 400, samples=256, sky="perez")
     assert set(forward.record.photons) == {"sky", "far ground", "suns", "horizon"}
     tally = forward.record.photons["horizon"]
     assert sum(tally.values()) == 2 * tally["emitted"] > 0
@@ -201,10 +186,9 @@ def test_the_horizon_of_perez_in_still_water(tmp_path):
     height, sine = (np.arange(2000) + 0.5) / 2000 * high, (np.arange(400) + 0.5) / 400
     cut = np.degrees(np.arctan(height[:, None] * np.sqrt(1 - sine**2) / wide)) / 6.5
     expected = share * np.clip(1 - cut, 0, 1).mean()
-    settings = Request(albedo_file=path, ground_albedo=0.0, max_bounces=1, sky="perez")
-    for trace, samples in ((trace_hybrid, 1 << 15), (trace_forward, 1 << 12)):
-        estimator = "forward" if trace is trace_forward else "gather"
-        found = trace(scene, SUNS, replace(settings, estimator=estimator, samples=samples), silent).sources["horizon"]
+    settings = {"albedo_file": path, "ground_albedo": 0.0, "max_bounces": 1, "sky": "perez"}
+    for run, samples in ((run_hybrid, 1 << 15), (run_forward, 1 << 12)):
+        found = run(scene, SUNS, samples=samples, **settings).sources["horizon"]
         error = np.hypot(*found.standard_error[:2]) / 2
         assert_mean(found.relative[:2].mean() - 1, error, expected)
         assert error < 0.02
