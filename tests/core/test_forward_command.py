@@ -42,8 +42,6 @@ def test_both_estimators_give_the_same_year(city, tmp_path):
     assert main(["yield", kept, "--weather", str(ERA5), "--out", again, "--quiet"]) == 0
     hours = pd.read_csv(tmp_path / "again" / "faces.csv")["full_load_hours"]
     assert hours.to_numpy() == pytest.approx(other["full_load_hours"], nan_ok=True)
-        other["full_load_hours"], nan_ok=True
-    )
 
 
 def test_the_plan_of_forward(city, capsys):

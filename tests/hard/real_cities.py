@@ -4,17 +4,13 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scenes import suns_towards
+from edits import take
+from scenes import RUNS, suns_towards
 from test_closed_forms import direct_relative
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.city import City
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]
 PLACE = {"latitude": 40.757, "longitude": -73.97}
@@ -50,9 +46,8 @@ def light_of_run(name, way, seed, whole):
 def trace_run(name, way, seed, whole):
     """First light of a run, which only gather tells apart, and all light: two (n, 2)."""
     estimator, bounces, samples = way
-    trace = {"gather": trace_gather, "forward": trace_forward}[estimator]
-    request = Request(max_bounces=bounces, seed=seed, samples=samples, estimator=estimator, report="all")
-    transfer = trace(city_and_alone(name, whole)[0], SUNS, request, silent)
+    scene, settings = city_and_alone(name, whole)[0], {"seed": seed, "samples": samples, "report": "all"}
+    transfer = RUNS[estimator](scene, SUNS, max_bounces=bounces, **settings)
     return first_light(transfer), np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
 
 
@@ -73,18 +68,7 @@ def middle_of(city, half):
     count = np.bincount(index[of_point])
     middle = np.stack([np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1)
     away = np.abs(middle - np.median(middle, axis=0)).max(axis=1)
-    kept = np.flatnonzero((away < half)[index])
-    rings = [city.rings(polygon) for polygon in kept]
-    lengths = [len(ring) for polygon in rings for ring in polygon]
-    return City(
-        surface_id=[city.surface_id[polygon] for polygon in kept],
-        building_id=[city.building_id[polygon] for polygon in kept],
-        thematic=[city.thematic[polygon] for polygon in kept],
-        points=np.concatenate([ring for polygon in rings for ring in polygon]),
-        ring_start=np.concatenate([[0], np.cumsum(lengths)]),
-        polygon_start=np.concatenate([[0], np.cumsum([len(polygon) for polygon in rings])]),
-        crs=city.crs,
-    )
+    return take(city, (away < half)[index])
 
 
 def lies_alone(scene):

@@ -5,13 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from closed import box
-from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
+from scenes import RUNS, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
 from towns import spun, turned
-
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 PLAIN = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)
@@ -21,7 +16,7 @@ SOUTH, EAST = slice(16, 18), slice(20, 22)  # walls of the house behind the plai
 
 def trace(parts, suns=SUNS, **settings):
     scene = parts if hasattr(parts, "triangles") else join(parts)
-    return trace_forward(scene, suns, Request(**{"estimator": "forward", "samples": 2000} | settings), silent)
+    return run_forward(scene, suns, **{"samples": 2000} | settings)
 
 
 def gathered(parts, **settings):
@@ -146,16 +141,16 @@ def test_nothing_is_brighter_than_the_sky(albedo, bounces):
         assert (transfer.diffuse_relative[lit] >= 0.99 - 4.5 * error[lit]).all()
 
 
-@pytest.mark.parametrize("estimator", [trace_forward, trace_gather])
+@pytest.mark.parametrize("estimator", RUNS)
 def test_no_triangle(estimator):
     scene = join([PLAIN])
     surfaces = {name: values[:0] for name, values in vars(scene.surfaces).items() if name != "material"}
     rows = {name: getattr(scene, name)[:0] for name in ("vertices", "triangles", "triangle_surface")}
     rows |= {name: getattr(scene, name)[:0] for name in ("footprint", "closure")}
-    transfer = estimator(replace(scene, surfaces=replace(scene.surfaces, **surfaces), **rows), SUNS, Request(), silent)
+    transfer = RUNS[estimator](replace(scene, surfaces=replace(scene.surfaces, **surfaces), **rows), SUNS)
     assert transfer.visible_share.shape == (0, 3)
     assert transfer.diffuse_relative.shape == (0,)
-    assert estimator is trace_gather or transfer.record.photons["sky"]["emitted"] == 0
+    assert estimator == "gather" or transfer.record.photons["sky"]["emitted"] == 0
 
 
 @pytest.mark.thorough

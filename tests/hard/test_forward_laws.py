@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from closed import room
 from hypothesis import example, given, settings
-from scenes import join, scene_of_triangles, suns_towards
+from scenes import RUNS, join, scene_of_triangles, suns_towards
 from test_forward_agrees import group_means
 from test_laws import SUNS, random_parts, seeds
 from test_laws import law as law_of_gather
 from thorough import draw_count
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons import trace_sources
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 SCENES = draw_count(200, 16, 4)
 law = settings(law_of_gather, max_examples=SCENES)
@@ -32,8 +28,7 @@ def random_scene(seed):
 
 
 def trace(scene, estimator, **options):
-    way = {"gather": trace_gather, "forward": trace_forward}[estimator]
-    return way(scene, suns_towards(SUNS), Request(**{"estimator": estimator, "threads": 1} | options), silent)
+    return RUNS[estimator](scene, suns_towards(SUNS), **{"threads": 1} | options)
 
 
 def group_light(transfer):

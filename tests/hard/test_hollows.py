@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from real_cities import SUNS
+from scenes import run_forward, run_gather
 from scipy import stats
 from test_closed_forms import direct_relative
 from test_narrow_gaps import light_by_gather, light_by_paths
@@ -10,10 +11,6 @@ from test_orientation import bowl, valley
 from towns import box, boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.slow
 
@@ -37,9 +34,8 @@ def hollow(name):
 def both_estimators(scene, photons=1000, rays=512):
     """Diffuse and annual direct light of the surfaces, and stated errors, by gather and by forward: four (2, n)."""
     found = []
-    for trace, samples in ((trace_gather, rays), (trace_forward, photons)):
-        estimator = trace.__name__.removeprefix("trace_")
-        transfer = trace(scene, SUNS, Request(samples=samples, estimator=estimator), silent)
+    for run, samples in ((run_gather, rays), (run_forward, photons)):
+        transfer = run(scene, SUNS, samples=samples)
         found.append(np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight]))
         found.append(np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]))
     return found

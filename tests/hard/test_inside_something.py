@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 from closed import box, room
 from real_cities import SUNS
-from scenes import join, strip
+from scenes import RUNS, join, strip
 from towns import boxes
 
 from citypv.core.light.measure_cover import find_cover, measure_cover
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
 SIDES = ("roof", "floor", "south", "north", "east", "west")
@@ -167,12 +164,12 @@ def scene_of_row():
 
 @cache
 def covered_by_default():
-    return covered_share(trace_gather)
+    return covered_share()
 
 
-def covered_share(trace, **settings):
+def covered_share(estimator="gather", **settings):
     settings = {"samples": 64, "max_bounces": 1, "shadow_samples": 4, **settings}
-    return trace(scene_of_row(), SUNS, Request(**settings), silent).covered_share
+    return RUNS[estimator](scene_of_row(), SUNS, **settings).covered_share
 
 
 @pytest.mark.parametrize("settings", [
@@ -181,7 +178,7 @@ def covered_share(trace, **settings):
 ])  # fmt: skip
 def test_the_covered_share_does_not_depend_on_rays(settings):
     """The same to the last bit: cells are examined by rays that are the same in every run."""
-    found = covered_share(trace_gather, **settings)
+    found = covered_share(**settings)
     partly = (found > 0) & (found < 1)
     assert partly.sum() > 20
     np.testing.assert_array_equal(found, covered_by_default())
@@ -189,7 +186,7 @@ def test_the_covered_share_does_not_depend_on_rays(settings):
 
 def test_both_estimators_and_the_report_use_the_same_shares():
     """Photons, and `citypv inspect`, which traces nothing else."""
-    np.testing.assert_array_equal(covered_share(trace_forward, samples=8, seed=3), covered_by_default())
+    np.testing.assert_array_equal(covered_share("forward", samples=8, seed=3), covered_by_default())
     np.testing.assert_array_equal(measure_cover(scene_of_row()), covered_by_default())
 
 

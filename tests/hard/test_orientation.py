@@ -194,14 +194,7 @@ def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
 
 
 def simulate(folder, path, *options):
-    settings = [
-        "--latitude=52.5",
-        "--longitude=13.4",
-        "--ground=none",
-        "--samples=256",
-        "--suns=typical-days:4",
-        "--quiet",
-    ]
+    settings = ["--latitude=52.5", "--longitude=13.4", "--ground=none", "--samples=256", "--suns=typical-days:4"]
     assert main(["simulate", str(path), "--out", str(folder), "--quiet", *settings, *options]) == 0
     return pd.read_csv(folder / "faces.csv")
 

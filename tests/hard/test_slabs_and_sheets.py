@@ -7,18 +7,13 @@ import numpy as np
 import pytest
 from own_rays import OwnRays
 from radiosity import crossed_strings
-from scenes import assert_mean, suns_towards
+from scenes import RUNS, assert_mean, suns_towards
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]
-ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
 SUNS = suns_towards([[0.3, -0.8, 0.6]])
 PATHS = 1 << 16
 ERRORS = 4.5
@@ -53,7 +48,7 @@ def scene_of(*objects, plain=PLAIN, ground="none", patch_size=4.0, terrain=None)
 def trace(scene, estimator="gather", **settings):
     """Transfer of a scene."""
     samples = settings.pop("samples", 512 if estimator == "gather" else 300)
-    return ESTIMATORS[estimator](scene, SUNS, Request(samples=samples, estimator=estimator, **settings), silent)
+    return RUNS[estimator](scene, SUNS, samples=samples, **settings)
 
 
 def sheets_of(scene):
@@ -72,7 +67,7 @@ def follow(scene, surface, sheets, **settings):
 def assert_light(scene, surfaces, sheets, covered=0.0):
     """Gather, forward and single paths agree; covered is what something stands on, and no more."""
     bounces = 3
-    by_gather, by_forward = (trace(scene, estimator, max_bounces=bounces) for estimator in ESTIMATORS)
+    by_gather, by_forward = (trace(scene, estimator, max_bounces=bounces) for estimator in RUNS)
     for surface in surfaces:
         light, error = follow(scene, surface, sheets, bounces=bounces)
         for transfer in (by_gather, by_forward):
@@ -202,7 +197,7 @@ def test_a_wall_behind_a_board_keeps_its_sky(height, distance, towards):
     assert transfer.sky_view_factor[2] == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("estimator", RUNS)
 def test_a_board_that_stands_free_is_lit_as_a_front_however_it_is_drawn(estimator):
     """Half of the sky and half of the ground: 0.625, drawn once or from both sides."""
     south, north = sheet([-5, 0, 4], [10, 0, 0], [0, 0, 5]), sheet([5, 0, 4], [-10, 0, 0], [0, 0, 5])

@@ -13,9 +13,7 @@ from scenes import run_gather
 from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import choose_suns
@@ -43,14 +41,12 @@ def year_and_suns():
 
 @cache
 def traced(name, samples):
-    """Full load hours and their stated errors of all seeds, (SEEDS, n) each; those of groups; the scene; cover."""
+    """Full load hours and their stated errors of all seeds, (SEEDS, n) each; the scene; cover."""
     scene, (weather, suns), runs = boxes(SCENES[name]), year_and_suns(), []
     for seed in range(SEEDS):
         transfer = run_gather(scene, suns, seed=seed, samples=samples)
         energy = compute_energy(transfer, weather)
-        means = energy.capacity_factor.sum(axis=0) * weather.interval.total_seconds() / 3600
-        stated = energy.full_load_hours_standard_error
-        runs.append((energy.full_load_hours, stated, means, energy.group_standard_error))
+        runs.append((energy.full_load_hours, energy.full_load_hours_standard_error))
     return [np.array(part) for part in zip(*runs, strict=True)], scene, transfer.covered_share
 
 
@@ -70,7 +66,7 @@ def ratio_of(hours, stated, members):
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_are_as_large_as_the_scatter(name, samples):
     """Walls and roofs that modules may stand on, wherever their light comes from."""
-    (hours, stated, *_), scene, covered_share = traced(name, samples)
+    (hours, stated), scene, covered_share = traced(name, samples)
     members = scene.surfaces.eligible & (covered_share < 0.01)
     ratio, largest = ratio_of(hours, stated, members)
     assert 0.7 <= ratio <= MOST + 0.1  # a dozen surfaces and sixteen seeds know it to a tenth
@@ -81,25 +77,13 @@ def test_errors_are_as_large_as_the_scatter(name, samples):
 def test_errors_of_all_scenes_together():
     """By kinds of places."""
     columns = []
-    for (hours, stated, *_), scene, covered_share in (traced(name, 256) for name in SCENES):
+    for (hours, stated), scene, covered_share in (traced(name, 256) for name in SCENES):
         columns.append((hours.std(axis=0, ddof=1), rms(stated, axis=0), covered_share, scene.surfaces.eligible))
     scatter, error, share, eligible = (np.concatenate(column) for column in zip(*columns, strict=True))
     partly = (share > 0.01) & (share < 0.99)
     for members, least in ((~partly, LEAST), (partly, LEAST - 0.1)):
         # A dozen partly covered walls and sixteen seeds know it to a tenth.
         assert least <= rms(scatter[members & eligible]) / rms(error[members & eligible]) <= MOST
-
-
-@pytest.mark.slow
-def test_errors_of_groups():
-    """The mean of a group is known better than its surfaces, by as much as is stated."""
-    ratios = []
-    for name in SCENES:
-        (*_, means, stated), _, _ = traced(name, 256)
-        ratios.append(means.std(axis=0, ddof=1) / np.sqrt((stated**2).mean(axis=0)))
-    ratios = np.concatenate(ratios)
-    assert 0.6 < rms(ratios) < 1.35
-    assert ratios.max() < 2.5
 
 
 def test_light_that_seen_patches_pass_on_counts():
@@ -131,8 +115,8 @@ HALF_COVERED = [((0, 0, 0), (12, 10, 9)), ((12, 0, 0), (24, 10, 18)), ((24, 0, 0
 def test_a_wall_that_is_half_covered_is_eligible_with_every_seed():
     """Houses twice as high as the one beside them, and one whose neighbour ends in the middle of a row of cells."""
     scene = boxes([*HALF_COVERED, ((60, 0, 0), (72, 10, 9.3)), ((72, 0, 0), (84, 10, 17))])
-    requests = [Request(seed=seed, samples=64, max_bounces=0) for seed in range(8)]
-    covered = np.array([trace_gather(scene, SUNS, request, silent).covered_share for request in requests])
+    runs = [run_gather(scene, SUNS, seed=seed, samples=64, max_bounces=0) for seed in range(8)]
+    covered = np.array([run.covered_share for run in runs])
     walls = np.abs(covered.mean(axis=0) - 0.5) < 0.1
     assert walls.sum() == 3
     assert np.ptp(covered, axis=0).max() <= 0.004
