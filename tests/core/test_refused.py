@@ -47,7 +47,7 @@ SIMULATE = [
     ("CITY --editable --estimator forward", "gather"),
     ("nowhere.gml --weather nowhere.epw", "nowhere.epw: cannot be read"),
     ("nowhere.gml --weather empty.epw", "empty.epw: the file is empty"),
-    ("nowhere.gml --weather albedo.csv", "albedo.csv: is not in a known weather format"),
+    ("nowhere.gml --weather words.epw", "words.epw: is not in a known weather format"),
 ]
 FAR = "--pictures off --weather"
 WORLD = [
@@ -76,6 +76,7 @@ WORLD = [
 
 FILES = {  # beside the command: what means nothing as weather, as a horizon
     "empty.epw": "",
+    "words.epw": "some words without meaning\n",
     "albedo.csv": "surface,material\nroof,mirror\n",
     "heights.asc": "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n",
     "mesh.obj": "v 0 0 0\n",
