@@ -8,7 +8,7 @@ from radiosity import canyon_after_bounces
 from scenes import assert_mean, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
 
 WAYS = {  # what the plan gives without a ray, rays all the same, and photons; and how many of them
-    "plan": partial(run_gather, samples=1),
+    "plan": partial(run_gather, samples=4),
     "rays": partial(run_gather, samples=16384, shadow_samples=16, effects={"sky-rays": True, "shadow-rays": True}),
     "photons": partial(run_forward, samples=100_000),
 }
