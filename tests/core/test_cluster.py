@@ -9,7 +9,7 @@ import socketserver
 import subprocess
 import threading
 import time
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -280,6 +280,11 @@ def test_an_error_of_a_task_can_be_sent():
     assert str(pickle.loads(pickle.dumps(caught.value))) == "city.gml: is cut off; copy it again"
 
 
+def refuse_workers(address, problem):
+    with pytest.raises(InputError, match=problem), run_tasks.open_workers(address):
+        pass
+
+
 def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
     """The certificate and the settings are made as docs/guide/many_machines.md says."""
     monkeypatch.setattr(run_tasks, "PATIENCE", 2)
@@ -302,12 +307,10 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
             with run_tasks.open_workers(address) as workers:
                 assert list(run_tasks.run_tasks(workers, pow, [(2, 5)])) == [32]
             wrong = "does not accept this machine's key, or finds none; see docs/guide/many_machines.md"
-            for settings, place, problem in (
-                (settings_of("foreign"), address, wrong),
-                (nullcontext(), address.replace("tls:", "tcp:"), "does not answer"),
-                (config.set({"distributed.comm.tls.client.cert": None}), address, wrong),
-            ):
-                with settings, pytest.raises(InputError, match=problem), run_tasks.open_workers(place):
-                    pass
+            with settings_of("foreign"):
+                refuse_workers(address, wrong)
+            refuse_workers(address.replace("tls:", "tcp:"), "does not answer")
+            with config.set({"distributed.comm.tls.client.cert": None}):
+                refuse_workers(address, wrong)
             with pytest.raises(ValueError, match="No client"):  # else xarray asks its scheduler before it writes
                 distributed.default_client()
