@@ -2,6 +2,7 @@
 
 Of a patch that both cities have, the noise of the difference is told from the differences of its replicates and points;
 a patch that only one of them has adds its own. So what no changed ray reaches differs by nothing, and without error.
+The suns are the same in both: what their choice changes in the one, it changes in the other, and does not count.
 """
 
 from dataclasses import replace
@@ -38,7 +39,7 @@ def errors_of_difference(before, after):
         bare = difference_of_state(before.bare or before.leaf, after.bare or after.leaf, rows)
         foliage = (after if after.bare else before).leaf.prepared.plan.foliage
         found = replace(found, bare=bare, leaf_months=foliage.months)
-    return found, rows
+    return replace(found, record=replace(found.record, sun_sampling=None)), rows
 
 
 def difference_of_state(one, other, rows):
