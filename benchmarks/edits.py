@@ -120,7 +120,7 @@ def main():
         stages.append(record.processor_seconds)
         if number < options.full:
             start = read_clock()
-            again = stand_city(changed, request, like=replace(scene, trail=None))
+            again = stand_city(changed, request, like=replace(scene, trail=None, drawn=None))
             whole = trace_editable(prepare_edit(base, again, request), base.suns, request, specular=specular_of)
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])

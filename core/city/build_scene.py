@@ -12,14 +12,14 @@ from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
 from .crowns import build_crowns, normals_of
+from .cut_polygons import cut_polygons, find_known, name_polygons, near_lost
 from .find_ground import find_ground, find_hanging
 from .find_sheets import find_sheets
-from .find_twins import find_twins
+from .find_twins import COMMON, find_twins
 from .grid_cells import split_into_cells
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .polygons import measure_polygons, triangulate
-from .refine import refine_triangles
+from .polygons import measure_polygons
 from .scene import Scene, Site, Surfaces
 from .terrain import Terrain
 
@@ -97,47 +97,32 @@ def build_scene(
         site = Site(latitude_there, longitude_there, origin[2], convergence, city.crs, origin)
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area, options.sectors)
-    triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
+    shape = points, city.ring_start, city.polygon_start
+    drawn = name_polygons(*shape)
+    known = options.before and find_known(options.before, city.surface_id, drawn, shape)
+    report_share(TRIANGULATED)
+    vertices, triangles, triangle_surface = cut_polygons(shape, patch_size, known)
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
         report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
-    _note_faults((points, city.ring_start, city.polygon_start), (triangles, triangle_surface), surfaces, report)
-    vertices, triangles = merge_vertices(points, triangles)
-    report_share(TRIANGULATED)
-    if patch_size is not None:
-        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size, triangle_surface)
-        triangle_surface = triangle_surface[origin_triangle]
+    _note_faults(shape, (vertices, triangles, triangle_surface), surfaces, report, known)
     under = find_footprints(surfaces, city, points)
     footprint = under[triangle_surface]
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
-    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
+    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours, drawn=drawn)
     _name_ground(scene)
     placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
-    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
+    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part, edited=known)
     report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
-    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0), options.before)
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0), known)
     _note_sheets(scene)
     report_share(1.0)
     return scene
-
-
-def merge_vertices(points, triangles):
-    """Merge identical points (to 0.01 mm) into one vertex, and drop unused ones.
-
-    Returns
-    -------
-    vertices : array, (v, 3) float64 [m]
-    triangles : array, (t, 3) int64
-    """
-    used, corners = np.unique(triangles, return_inverse=True)
-    keys = np.round(points[used] * 1e5).astype(np.int64)
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
 
 
 def _describe(city, points, whole_area, sectors):
@@ -160,14 +145,19 @@ def _describe(city, points, whole_area, sectors):
     )
 
 
-def _note_faults(shape, drawn, surfaces, report):
+def _note_faults(shape, drawn, surfaces, report, known=None):
     """Exclude surfaces drawn twice from the eligible area, and report them, and polygons whose triangles do not cover
     them, for example because the outline crosses itself."""
     receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
-    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
+    twins, asked = np.zeros(len(surfaces), bool), None
+    if known is not None:
+        asked = (known.place < 0) | near_lost(known, shape, COMMON)
+        twice = set(known.before.report.repaired.get(DRAWN_TWICE, ()))
+        twins = np.array([name in twice for name in surfaces.surface_id])
+    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving, (twins, asked))
     surfaces.eligible &= ~twins
-    triangles, owner = drawn
-    covered = np.bincount(owner, 0.5 * np.linalg.norm(normals_of(shape[0], triangles), axis=1), len(surfaces))
+    vertices, triangles, owner = drawn
+    covered = np.bincount(owner, 0.5 * np.linalg.norm(normals_of(vertices, triangles), axis=1), len(surfaces))
     lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
     torn = "triangles do not match the area (crossing or strongly bent outline)"
     for reason, found in ((DRAWN_TWICE, twins), (torn, lost)):

@@ -11,14 +11,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numba import njit
 
-from ..rays.random_numbers import GOLDEN, mix, name_rows, uniform
+from ..rays.random_numbers import GOLDEN, are_among, mix, name_rows, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import ignore_share, report_part
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import AT_ONCE, find_ground
+from .scene import corners_of
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
@@ -52,7 +54,7 @@ class Faces:
     trail: Trail | None  # of the rays of each surface
 
 
-def find_sheets(scene, report_share=ignore_share, before=None):
+def find_sheets(scene, report_share=ignore_share, known=None):
     """Triangles of faces that have no thickness and enclose nothing.
 
     Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
@@ -64,8 +66,8 @@ def find_sheets(scene, report_share=ignore_share, before=None):
         Including its ground, if any; gets the trail of the rays.
     report_share : callable, optional
         As of `build_scene`, of the sheets.
-    before : Scene, optional
-        Before an edit: only what that may change is judged again.
+    known : Known, optional
+        Of a scene before an edit: only what that may change is judged again.
 
     Returns
     -------
@@ -75,9 +77,10 @@ def find_sheets(scene, report_share=ignore_share, before=None):
     sheet = np.zeros(len(scene.triangles), bool)
     if not judged.any():
         return sheet
+    before = known and known.before
     place, boxes, trail = np.full(len(scene.surfaces), -1), np.zeros((0, 2, 3)), before and before.trail
     if trail is not None:
-        place, boxes = match_surfaces(before, scene)
+        place, boxes = match_surfaces(known, scene)
         was_sheet = np.zeros(len(before.surfaces), bool)
         was_sheet[before.triangle_surface[before.sheet]] = True
         sheet = judged & ((place >= 0) & was_sheet[place])[surface]
@@ -100,24 +103,35 @@ def find_judged(scene):
     return (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
 
 
-def match_surfaces(before, scene):
+def match_surfaces(known, scene):
     """The same surface before an edit for each surface, (n,) int, -1 if there is none; and boxes around all triangles
     that only one of the scenes has: (b, 2, 3) float64 [m]."""
+    before, cut = known.before, known.place
     number = {name: row for row, name in enumerate(before.surfaces.surface_id)}
     place = np.array([number.get(name, -1) for name in scene.surfaces.surface_id])
-    corners, names, owners = [], [], []
-    for one, surface in ((before, np.arange(len(before.surfaces))), (scene, place)):
+    spared = np.zeros(len(before.surfaces) + 1, bool)
+    spared[cut[cut >= 0]] = True
+    rows, kinds, names = [], [], []
+    both = (before, np.arange(len(before.surfaces)), spared), (scene, place, np.append(cut >= 0, False))
+    for one, surface, of_known in both:
         own = np.ones(len(one.triangles), bool) if one.back_of is None else one.back_of < 0
-        owners.append(one.triangle_surface[own])
-        corners.append(np.asarray(one.vertices, float)[one.triangles[own]])
-        kinds = one.footprint[own], one.closure[own], find_judged(one)[own]
-        names.append(name_rows([corners[-1], np.append(surface, -1)[owners[-1]], np.stack(kinds, axis=1)]))
-    alone = [~np.isin(mine, theirs) for mine, theirs in zip(names, names[::-1], strict=True)]
+        some = own & of_known[one.triangle_surface]
+        others = np.flatnonzero(own & ~some)
+        rows.append((np.flatnonzero(some), others))
+        kinds.append(np.stack([one.footprint, one.closure, find_judged(one)], axis=1))
+        owner = np.append(surface, -1)[one.triangle_surface[others]]
+        names.append(name_rows([corners_of(one, others), owner, kinds[-1][others]]))
+    turned = (kinds[0][rows[0][0]] != kinds[1][rows[1][0]]).any(axis=1)  # triangles that are known, but of another kind
+    alone = [
+        np.concatenate([some[turned], others[~are_among(mine, theirs)]])
+        for (some, others), mine, theirs in zip(rows, names, names[::-1], strict=True)
+    ]
     lost = np.zeros(len(before.surfaces) + 1, bool)
-    lost[owners[0][alone[0]]] = True
+    lost[before.triangle_surface[alone[0]]] = True
     same = (place >= 0) & ~lost[place]
-    same[owners[1][alone[1] & (owners[1] >= 0)]] = False
-    parts = [part[some] for part, some in zip(corners, alone, strict=True)]
+    new = scene.triangle_surface[alone[1]]
+    same[new[new >= 0]] = False
+    parts = [corners_of(one, some) for one, some in zip((before, scene), alone, strict=True)]
     return np.where(same, place, -1), boxes_of(np.concatenate(parts))
 
 
@@ -277,16 +291,39 @@ def follow_some(faces, rows, side, rays, sheet):
 
 def leave_faces(faces, rows, weights, sides, local):
     """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or the other."""
-    (b1, b2), (x, y, z) = (np.asarray(parts, float) for parts in (weights, local))
-    corners, along, (u, v, w) = faces.vertices[faces.triangles[rows]], faces.along[rows].T, faces.normal[rows].T
-    across = v * along[2] - w * along[1], w * along[0] - u * along[2], u * along[1] - v * along[0]
-    origins, directions = np.empty((2, 3, len(rows)), np.float32)
-    for axis, normal in enumerate((u, v, w)):  # columns, since rows of three are short for numpy
-        a, b, c = (corners[:, corner, axis] for corner in range(3))
-        up = sides * normal
-        origins[axis] = a + b1 * (b - a) + b2 * (c - a) + faces.offset[rows] * up
-        directions[axis] = x * along[axis] + y * across[axis] + z * up
-    return origins.T, directions.T
+    weights, local = (tuple(np.asarray(part, float) for part in parts) for parts in (weights, local))
+    rays = np.empty((2, 3, len(rows)), np.float32)
+    shapes = faces.vertices, faces.triangles, faces.along, faces.normal, faces.offset
+    write_rays(shapes, (rows, *weights, np.asarray(sides, float)), local, rays)
+    return rays[0].T, rays[1].T
+
+
+@njit(nogil=True, cache=True)
+def write_rays(shapes, places, local, rays):
+    """Write origins and directions, (2, 3, m) float32, for `leave_faces`.
+
+    Parameters
+    ----------
+    shapes : tuple
+        `vertices`, `triangles`, `along`, `normal` and `offset` of Faces.
+    places : tuple of (m,) int and three (m,) float64
+        Face, barycentric weights, and side of each.
+    local : tuple of three (m,) float64
+        Directions in the frame of the face.
+    rays : (2, 3, m) float32
+    """
+    (vertices, triangles, along, normal, offset), (rows, b1, b2, sides), (x, y, z) = shapes, places, local
+    for ray in range(len(rows)):
+        face = rows[ray]
+        a, b, c = triangles[face, 0], triangles[face, 1], triangles[face, 2]
+        for axis in range(3):
+            one, other = (axis + 1) % 3, (axis + 2) % 3
+            up = sides[ray] * normal[face, axis]
+            across = normal[face, one] * along[face, other] - normal[face, other] * along[face, one]
+            start = vertices[a, axis]
+            place = start + b1[ray] * (vertices[b, axis] - start) + b2[ray] * (vertices[c, axis] - start)
+            rays[0, axis, ray] = place + offset[face] * up
+            rays[1, axis, ray] = x[ray] * along[face, axis] + y[ray] * across + z[ray] * up
 
 
 def look_straight(faces, rows, side, reach):

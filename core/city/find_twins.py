@@ -18,7 +18,7 @@ AT_ONCE = 1 << 14  # surfaces whose neighbours are looked at together, so that t
 TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
-def find_twins(shape, area, normal, wanted):
+def find_twins(shape, area, normal, wanted, known=None):
     """Surfaces that lie by more than half on others that face the same way.
 
     Parameters
@@ -29,6 +29,8 @@ def find_twins(shape, area, normal, wanted):
     normal : array, (n, 3) float
     wanted : array, (n,) bool
         Surfaces that may be twins; they may lie on any other.
+    known : tuple of two (n,) bool, optional
+        Which were twins before an edit, and of which that is to be asked again; None: of all.
 
     Returns
     -------
@@ -37,7 +39,8 @@ def find_twins(shape, area, normal, wanted):
     order = np.lexsort((np.arange(len(area)), -area))
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
-    pairs = find_parallel_pairs(shape, normal, wanted)
+    before, asked = known or (np.zeros(len(area), bool), None)
+    pairs, asked = find_parallel_pairs(shape, normal, wanted, np.ones(len(area), bool) if asked is None else asked)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
     slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
     common, ahead = np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
@@ -52,21 +55,36 @@ def find_twins(shape, area, normal, wanted):
             hidden[0, small] += common[pair]
         elif hidden[:, large].sum() <= TWIN_SHARE * area[large]:
             hidden[1, small] += common[pair]
-    return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
+    return wanted & np.where(asked, hidden.sum(axis=0) > TWIN_SHARE * area, before)
 
 
-def find_parallel_pairs(shape, normal, wanted):
-    """Pairs of surfaces (k, 2) that face the same way, overlap by more than an edge, and lie near one plane."""
+def find_parallel_pairs(shape, normal, wanted, asked):
+    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one plane.
+
+    Returns
+    -------
+    pairs : (k, 2) int64
+        Of all `asked` surfaces, (n,) bool, of those they are paired with, and so on.
+    asked : (n,) bool
+        All of these.
+    """
     points, ring_start, polygon_start = shape
     low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
     low, high = low - ACCURACY, high + ACCURACY
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     tree, corner = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]]
-    found = [np.zeros((0, 2), np.int64)]
-    for first in range(0, len(boxes), AT_ONCE):
-        one, other = tree.query(boxes[first : first + AT_ONCE])
-        one += first
-        kept = (one < other) & (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
+    found, done, following = [np.zeros((0, 2), np.int64)], np.zeros(len(boxes), bool), np.flatnonzero(asked)
+    while len(following):
+        some, following = following[:AT_ONCE], following[AT_ONCE:]
+        one, other = tree.query(boxes[some])
+        one = some[one]
+        done[some] = True
+        kept = (
+            ((one < other) | ~done[other])
+            & (one != other)
+            & (low[one, 2] <= high[other, 2])
+            & (low[other, 2] <= high[one, 2])
+        )
         one, other = one[kept], other[kept]
         kept = (wanted[one] | wanted[other]) & (np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG)
         one, other = one[kept], other[kept]
@@ -76,8 +94,11 @@ def find_parallel_pairs(shape, normal, wanted):
         turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
         apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
         near = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & (apart <= ACCURACY + turn * reach)
-        found.append(np.column_stack([one, other])[near])
-    return np.concatenate(found)
+        found.append(np.sort(np.column_stack([one, other])[near], axis=1))
+        new = np.unique(found[-1][~asked[found[-1]]])
+        asked = asked | np.isin(np.arange(len(asked)), new)
+        following = np.concatenate([following, new])
+    return np.unique(np.concatenate(found), axis=0), asked
 
 
 def measure_overlaps(shape, normal, pairs):

@@ -11,13 +11,14 @@ from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
 from .locate_site import bring_to_origin
 from .polygons import polygon_bounds
+from .relay_ground import relay_ground
 from .scene import append_triangles
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 
 SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
 
 
-def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
+def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edited=None):
     """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
@@ -29,6 +30,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     patch_size : float or None
     report_share : callable
         As of `build_scene`, of the ground.
+    edited : Known, optional
+        Of a scene before an edit.
 
     Returns
     -------
@@ -64,7 +67,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             scene = join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
             return replace(scene, terrain_laid=True), feet.hanging
         notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
-    known = height_of_own_ground(scene)
+    own = find_ground(scene)
+    known = height_of_own_ground(scene, own)
     if ground == "none":
         # No ground is laid under footprints all of whose corners lie over the model's own.
         city, points = placed.city, placed.points
@@ -72,17 +76,20 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
         above = placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0)
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
     how = {"reach": reach, "lattice": options.lattice, "ground_height": known, "report_share": report_share}
-    vertices, triangles, floating, scene.lattice = build_ground(placed, patch_size, **how)
+    laid = edited and not own.any() and relay_ground(placed, edited, patch_size, how)
+    vertices, triangles, floating, scene.lattice = laid or build_ground(placed, patch_size, **how)
+    scene.floating = floating
     if len(floating):
         names = ", ".join(scene.surfaces.surface_id[i] for i in floating[:5])
         notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names} …")
     return join_ground(scene, vertices, triangles), floating
 
 
-def height_of_own_ground(scene):
-    """Height of the model's own surfaces below a place, as a function for `find_floating`."""
+def height_of_own_ground(scene, ground):
+    """Height of the model's own surfaces below a place, `ground`, (t,) bool, among them, as a function for
+    `find_floating`."""
     upward = upward_areas(scene.vertices, scene.triangles) > 0
-    ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
+    ground, highest = ground & upward, scene.vertices[:, 2].max() + 1
 
     def ground_height(places, thin):
         height = np.full(len(places), -np.inf)

@@ -83,6 +83,8 @@ class Scene:
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
     trail: object = None  # Trail of the rays from each surface that told which are sheets
+    drawn: np.ndarray | None = None  # (n,) uint64, of `name_polygons`; without those of racks
+    floating: np.ndarray | None = None  # (h,) int, footprints that do not touch generated ground
     halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
 
 
@@ -109,6 +111,19 @@ def check_scene(scene):
     for name, most in (("back_of", count - 1), ("rack_of_back", own - 1)):
         if getattr(scene, name) is not None:
             check_array(name, getattr(scene, name), (count,), kind="i", least=-1, most=most)
+
+
+def corners_of(scene, chosen):
+    """Corners of some triangles, (t,) bool or (k,) int: (k, 3, 3) float64 [m]."""
+    return np.asarray(scene.vertices, float)[scene.triangles[chosen]]
+
+
+def take_surfaces(surfaces, rows):
+    """Some surfaces, (k,) int: Surfaces."""
+    taken = {}
+    for name, values in vars(surfaces).items():
+        taken[name] = values[rows] if isinstance(values, np.ndarray) else values and [values[row] for row in rows]
+    return Surfaces(**taken)
 
 
 def append_triangles(scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1):

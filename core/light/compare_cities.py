@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from ..patches.patches import Patches
-from ..rays.random_numbers import mix, name_rows
+from ..rays.random_numbers import are_among, mix, name_rows
 
 WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
 LEAST = 1e-12  # part of a direction along an axis that is told from none
@@ -31,11 +31,6 @@ def name_patches(prepared):
     corners = np.asarray(prepared.scene.vertices, float)[prepared.scene.triangles]
     names = [one.name for one in fields(Patches) if one.name not in WITHOUT]
     return name_rows([corners, *(getattr(prepared.patches, name) for name in names)])
-
-
-def corners_of(scene, chosen):
-    """Corners of triangles, (t,) bool: (k, 3, 3) float64 [m]."""
-    return np.asarray(scene.vertices, float)[scene.triangles[chosen]]
 
 
 def mark_altered(cities, after):
@@ -65,7 +60,7 @@ def mark_altered(cities, after):
             words = mix(words + np.uint64(1) ^ column.astype(np.int64).view(np.uint64))
         names.append((numbers[face], words))
     for (face, mine), (_, theirs) in zip(names, names[::-1], strict=True):
-        odd = face[~np.isin(mine, theirs)]
+        odd = face[~are_among(mine, theirs)]
         new[odd[odd >= 0]] = True
     old = np.zeros(len(after), bool)
     old[kept] = new[after[kept]]

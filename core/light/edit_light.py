@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..city.canopy import forget_rays
+from ..city.scene import corners_of
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
@@ -22,7 +23,7 @@ from ..rays.trail import AROUND, ROUNDING, begin_trail, boxes_of, boxes_of_patch
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, work_in_slices
-from .compare_cities import corners_of, mark_altered, match_patches, name_trees, pass_boxes, rays_through
+from .compare_cities import mark_altered, match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, check_editable, prepare_decided
 from .measure_cover import find_cover
 from .prepare_scene import build_tree

@@ -210,7 +210,7 @@ def try_edit(base_of, name, seed):
     change = draw_change(city, np.random.default_rng([seed, *name.encode()]))
     after = edit_city(city, change, base.transfer.site.convergence)
     edited = trace_edit(base, after)
-    alone = replace(base.leaf.prepared.scene, trail=None)  # of sheets nothing is taken over
+    alone = replace(base.leaf.prepared.scene, trail=None, drawn=None)  # of sheets nothing is taken over
     prepared = prepare_edit(base, stand_city(after, base.request, like=alone), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
     apart = check_law(base, edited, full)
@@ -326,7 +326,7 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
 
 
 def test_the_error_of_a_difference_is_the_same_both_ways(base_of):
-    """Of an edit and of its undoing, whichever of the two cities knows what its choice of suns adds to its own error."""
+    """Of an edit and of its undoing, whichever of the two cities knows what the choice of suns adds to its error."""
     city, base = base_of("row")
     edited = trace_edit(base, edit_city(city, Change(raised={"b3": 9.0})))
     weather, errors = read_year(base.transfer.site, base.request), []

@@ -1,0 +1,108 @@
+"""Ground of a city after an edit: that of before, but for a window around what the edit changed.
+
+┌───────────────────┐   What the ground is at a place follows from what is near it. So it is generated for the buildings
+│ before    rim     │   in a window around the edit, and those in a margin around that, alone. In the rim of the window
+│   ┌───────────┐   │   it must be that of before, triangle by triangle: then it is so outside of it, and all that
+│   │  ┌─────┐  │   │   differs lies inside. Else, as where an edit at the end of the city raises the ground around it,
+│   │  │ edit│  │   │   all of it is generated.
+│   │  └─────┘  │   │
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..rays.random_numbers import name_rows
+from .build_ground import PlacedCity, build_ground, sort_by_place
+from .city import number_names
+from .cut_polygons import lost_triangles, name_cells
+from .edit_city import take_polygons
+from .polygons import polygon_bounds
+from .scene import corners_of, take_surfaces
+
+INNER, RIM, MARGIN = 25.0, 40.0, 110.0  # [m] around the edit, around that, and around that again
+MOST = 0.5  # of the polygons; of more, all are taken
+
+
+def relay_ground(placed, known, patch_size, how):
+    """Ground of a city after an edit, as of `build_ground`; None where all of it is to be generated.
+
+    Parameters
+    ----------
+    placed : PlacedCity
+    known : Known
+    patch_size : float or None [m]
+    how : dict
+        Further arguments of `build_ground`.
+    """
+    before = known.before
+    if before.lattice is None or before.floating is None:
+        return None
+    changed = corners_of(before, lost_triangles(before, known.same)).reshape(-1, 3)
+    city, points = placed.city, placed.points
+    shape = city.ring_start, city.polygon_start
+    bounds = [polygon_bounds(points[:, axis], *shape) for axis in (0, 1)]
+    low, high = (np.stack(part, axis=1) for part in zip(*bounds, strict=True))
+    new = known.same < 0
+    places = np.concatenate([changed[:, :2], low[new], high[new]])
+    laid = flatten(before)
+    if not len(places):
+        return *laid, number_floating(known), before.lattice
+    inner = places.min(axis=0) - INNER, places.max(axis=0) + INNER
+    rim = inner[0] - RIM, inner[1] + RIM
+    building = number_names(city.building_id)
+    near = ((low <= rim[1] + MARGIN) & (high >= rim[0] - MARGIN)).all(axis=1)
+    rows = np.flatnonzero(np.bincount(building, near)[building] > 0)
+    if len(rows) > MOST * len(city):
+        return None
+    vertices, triangles, hanging, lattice = build_ground(take_placed(placed, rows), patch_size, **how)
+    if lattice is not before.lattice:
+        return None
+    parts = [(one, lie_in(one, rim), lie_in(one, inner)) for one in (laid, (vertices, triangles))]
+    names = [np.sort(name_rows([one[0][one[1][wide & ~deep]]])) for one, wide, deep in parts]
+    if not np.array_equal(*names):
+        return None
+    (old, _, replaced), (_, _, taken) = parts
+    kept = np.concatenate([old[1][~replaced], triangles[taken] + len(old[0])])
+    found = np.zeros(len(city), bool)
+    found[number_floating(known)] = True
+    inside = ((low[rows] <= inner[1]) & (high[rows] >= inner[0])).all(axis=1)
+    found[rows[inside]] = np.isin(np.flatnonzero(inside), hanging)
+    return *merge_ground(np.concatenate([old[0], vertices]), kept), np.flatnonzero(found), lattice
+
+
+def flatten(scene):
+    """Generated ground of a scene: vertices (v, 3) float64 [m] and triangles (t, 3) int64."""
+    ground = scene.triangle_surface < 0
+    for other in (scene.back_of, scene.rack_of_back):
+        ground &= True if other is None else other < 0
+    used, corners = np.unique(scene.triangles[ground], return_inverse=True)
+    return np.asarray(scene.vertices, float)[used], corners.reshape(-1, 3)
+
+
+def merge_ground(vertices, triangles):
+    """Vertices and triangles with one vertex at each place, sorted as those of `build_ground`."""
+    _, first, place = np.unique(name_cells(vertices), return_index=True, return_inverse=True)
+    return sort_by_place(vertices[first], place[triangles])
+
+
+def lie_in(ground, box):
+    """Triangles, of vertices and triangles, whose middle lies in a rectangle, two (2,) [m]: (t,) bool."""
+    vertices, triangles = ground
+    middle = vertices[triangles, :2].mean(axis=1)
+    return ((middle >= box[0]) & (middle <= box[1])).all(axis=1)
+
+
+def number_floating(known):
+    """Footprints that floated before an edit and are drawn as they were: (h,) int."""
+    floats = np.zeros(len(known.before.surfaces) + 1, bool)
+    floats[known.before.floating] = True
+    return np.flatnonzero(floats[known.same])
+
+
+def take_placed(placed, rows):
+    """Some polygons, (k,) int, ascending, of a PlacedCity."""
+    city, kept = placed.city, np.zeros(len(placed.city), bool)
+    kept[rows] = True
+    part = take_polygons(replace(city, points=placed.points), kept)
+    return PlacedCity(part, part.points, take_surfaces(placed.surfaces, rows), placed.footprint[rows], placed.site)
