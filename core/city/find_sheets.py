@@ -13,14 +13,14 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from ..rays.random_numbers import GOLDEN, are_among, mix, name_rows, uniform
+from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import ignore_share, report_part
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import AT_ONCE, find_ground
-from .scene import corners_of
+from .known_polygons import boxes_of_surfaces, match_surfaces
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
@@ -80,7 +80,7 @@ def find_sheets(scene, report_share=ignore_share, known=None):
     before = known and known.before
     place, boxes, trail = np.full(len(scene.surfaces), -1), np.zeros((0, 2, 3)), before and before.trail
     if trail is not None:
-        place, boxes = match_surfaces(known, scene)
+        place, boxes = match_surfaces(known, scene, (find_judged(before), judged))
         was_sheet = np.zeros(len(before.surfaces), bool)
         was_sheet[before.triangle_surface[before.sheet]] = True
         sheet = judged & ((place >= 0) & was_sheet[place])[surface]
@@ -101,49 +101,6 @@ def find_sheets(scene, report_share=ignore_share, known=None):
 def find_judged(scene):
     """Triangles that may be sheets: (t,) bool."""
     return (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
-
-
-def match_surfaces(known, scene):
-    """The same surface before an edit for each surface, (n,) int, -1 if there is none; and boxes around all triangles
-    that only one of the scenes has: (b, 2, 3) float64 [m]."""
-    before, cut = known.before, known.place
-    number = {name: row for row, name in enumerate(before.surfaces.surface_id)}
-    place = np.array([number.get(name, -1) for name in scene.surfaces.surface_id])
-    spared = np.zeros(len(before.surfaces) + 1, bool)
-    spared[cut[cut >= 0]] = True
-    rows, kinds, names = [], [], []
-    both = (before, np.arange(len(before.surfaces)), spared), (scene, place, np.append(cut >= 0, False))
-    for one, surface, of_known in both:
-        own = np.ones(len(one.triangles), bool) if one.back_of is None else one.back_of < 0
-        some = own & of_known[one.triangle_surface]
-        others = np.flatnonzero(own & ~some)
-        rows.append((np.flatnonzero(some), others))
-        kinds.append(np.stack([one.footprint, one.closure, find_judged(one)], axis=1))
-        owner = np.append(surface, -1)[one.triangle_surface[others]]
-        names.append(name_rows([corners_of(one, others), owner, kinds[-1][others]]))
-    turned = (kinds[0][rows[0][0]] != kinds[1][rows[1][0]]).any(axis=1)  # triangles that are known, but of another kind
-    alone = [
-        np.concatenate([some[turned], others[~are_among(mine, theirs)]])
-        for (some, others), mine, theirs in zip(rows, names, names[::-1], strict=True)
-    ]
-    lost = np.zeros(len(before.surfaces) + 1, bool)
-    lost[before.triangle_surface[alone[0]]] = True
-    same = (place >= 0) & ~lost[place]
-    new = scene.triangle_surface[alone[1]]
-    same[new[new >= 0]] = False
-    parts = [corners_of(one, some) for one, some in zip((before, scene), alone, strict=True)]
-    return np.where(same, place, -1), boxes_of(np.concatenate(parts))
-
-
-def boxes_of_surfaces(scene):
-    """Box around the triangles of each surface: (n, 2, 3) float64 [m]; that of one without any touches nothing."""
-    boxes = np.full((len(scene.surfaces), 2, 3), [[np.inf], [-np.inf]])
-    order = np.argsort(scene.triangle_surface, kind="stable")[(scene.triangle_surface < 0).sum() :]
-    corners, surface = np.asarray(scene.vertices, float)[scene.triangles[order]], scene.triangle_surface[order]
-    first = np.flatnonzero(np.diff(surface, prepend=-1))
-    boxes[surface[first], 0] = np.minimum.reduceat(corners.min(axis=1), first)
-    boxes[surface[first], 1] = np.maximum.reduceat(corners.max(axis=1), first)
-    return boxes
 
 
 def judge_faces(faces, rows, sheet, report_share):

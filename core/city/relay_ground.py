@@ -15,8 +15,8 @@ import numpy as np
 from ..rays.random_numbers import name_rows
 from .build_ground import PlacedCity, build_ground, sort_by_place
 from .city import number_names
-from .cut_polygons import lost_triangles, name_cells
 from .edit_city import take_polygons
+from .known_polygons import lost_triangles, name_cells
 from .polygons import polygon_bounds
 from .scene import corners_of, take_surfaces
 

@@ -16,9 +16,11 @@ from .transfer import ErrorParts, SourceLight, take_rows, variance_of_mean
 
 
 def errors_of_difference(before, after):
-    """Transfer after an edit of the surfaces that both cities have, with the errors of the difference as its own.
+    """Transfer of the surfaces that both cities have, with the errors of the difference as its own.
 
-    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after less hours before.
+    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after less hours before:
+    light becomes hours as on the surface where it has more light. One that is hidden by an edit makes no power at all,
+    but what it made before was known no better for that.
 
     Parameters
     ----------
@@ -40,6 +42,30 @@ def errors_of_difference(before, after):
         foliage = (after if after.bare else before).leaf.prepared.plan.foliage
         found = replace(found, bare=bare, leaf_months=foliage.months)
     return replace(found, record=replace(found.record, sun_sampling=None)), rows
+
+
+def take_brighter(one, other, rows):
+    """Surfaces that two cities have, each as in the one where it has more light in a year: Transfer.
+
+    Parameters
+    ----------
+    one, other : TracedCity
+    rows : (2, r) int
+    """
+    light = []
+    for city, some in zip((one, other), rows, strict=True):
+        annual, (sky, *_) = city.direct.annual, city.lights.values()
+        of_patch = annual.by_point.mean(axis=1) + (0 if annual.reflected is None else annual.reflected.mean(axis=1))
+        light.append((city.context.patch_to_surface @ of_patch + sky.mean)[some])
+    brighter = np.flatnonzero(light[0] > light[1])
+    taken, before = take_rows(other.transfer, rows[1]), take_rows(one.transfer, rows[0][brighter])
+    parts = [(taken, before), (taken.surfaces, before.surfaces)]
+    parts += [(source, before.sources[name]) for name, source in taken.sources.items()]
+    for part, those in parts:
+        for name, values in vars(part).items():
+            if isinstance(values, np.ndarray):
+                values[brighter] = getattr(those, name)
+    return taken
 
 
 def difference_of_state(one, other, rows):
@@ -96,7 +122,7 @@ def difference_of_state(one, other, rows):
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
-    taken = take_rows(other.transfer, rows[1])
+    taken = take_brighter(one, other, rows)
     return replace(
         taken,
         diffuse_relative_standard_error=error[sky],

@@ -21,7 +21,7 @@ from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base, trace_edit
+from citypv.core.study import place_city, read_year, stand_city, trace_base, trace_edit
 
 pytestmark = pytest.mark.once
 
@@ -289,30 +289,6 @@ def annual_light(transfer):
     return np.stack([transfer.diffuse_relative, (direct + transfer.direct_reflected) @ transfer.suns.weight])
 
 
-@pytest.mark.slow
-def test_the_error_of_a_difference_is_its_scatter(base_of):
-    """A tower beside nine houses, with 16 seeds: noise that both cities share does not count."""
-    city, _ = base_of("houses")
-    change = Change(added=(make_city(box("tower", 13, -8, 5, 5, 0, 30)),))
-    request = replace(REQUEST, max_bounces=2, suns="days:4")
-    after, scene = edit_city(city, change), place_city(city, request)
-    weather, differences, stated, apart = read_year(scene.site, request), [], [], []
-    for seed in range(16):
-        base = trace_base(scene, weather, replace(request, seed=seed))
-        edited = trace_edit(base, after)
-        found, (old, new) = errors_of_difference(base, edited)
-        differences.append(annual_light(edited.transfer)[:, new] - annual_light(base.transfer)[:, old])
-        for errors, one in ((stated, found), (apart, base.transfer)):
-            errors.append([one.diffuse_relative_standard_error, one.direct_annual_standard_error])
-    counted = found.surfaces.eligible
-    scatter = np.var(differences, axis=0, ddof=1)[:, counted].mean(axis=1)
-    told, alone = (np.square(errors).mean(axis=0) for errors in (stated, apart))
-    ratio = np.sqrt(told[:, counted].mean(axis=1) / scatter)
-    assert (ratio > 0.8).all()
-    assert (ratio < 1.25).all()
-    assert (told[:, counted].mean(axis=1) < alone[:, old][:, counted].mean(axis=1)).all()
-
-
 def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     """Without reflections a house behind the others; with them all of a city that is edited into itself."""
     city, base = base_of("houses")
@@ -323,21 +299,6 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     assert not (annual_light(same.transfer) - annual_light(base.transfer)).any()
     assert not found.diffuse_relative_standard_error.any()
     assert not found.direct_annual_standard_error.any()
-
-
-def test_the_error_of_a_difference_is_the_same_both_ways(base_of):
-    """Of an edit and of its undoing, whichever of the two cities knows what the choice of suns adds to its error."""
-    city, base = base_of("row")
-    edited = trace_edit(base, edit_city(city, Change(raised={"b3": 9.0})))
-    weather, errors = read_year(base.transfer.site, base.request), []
-    record = replace(base.transfer.record, sun_sampling={"bias": 1.0, "rms": 2.0})
-    knows = replace(base, leaf=replace(base.leaf, transfer=replace(base.leaf.transfer, record=record)))
-    for pair in ((knows, edited), (edited, knows)):
-        found, _ = errors_of_difference(*pair)
-        errors.append(compute_energy(found, weather, base.request).full_load_hours_standard_error)
-    errors = np.array(errors)[:, np.isfinite(errors).all(axis=0)]  # a wall that is hidden in one has no hours there
-    assert errors[0].max() > 1
-    assert errors[0] == pytest.approx(errors[1], rel=0.15, abs=0.05)
 
 
 @pytest.mark.parametrize("name", ["row", "trees"])

@@ -8,8 +8,8 @@ from cities import box, make_city
 
 from citypv.core.city import lay_ground
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.cut_polygons import find_known, name_polygons
 from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.known_polygons import find_known, name_polygons
 from citypv.core.city.locate_site import bring_to_origin
 
 SAME = ("triangle_surface", "footprint", "closure", "sheet", "drawn", "floating")
