@@ -251,7 +251,7 @@ def leave_faces(faces, rows, weights, sides, local):
     weights, local = (tuple(np.asarray(part, float) for part in parts) for parts in (weights, local))
     rays = np.empty((2, 3, len(rows)), np.float32)
     shapes = faces.vertices, faces.triangles, faces.along, faces.normal, faces.offset
-    write_rays(shapes, (rows, *weights, np.asarray(sides, float)), local, rays)
+    write_rays(shapes, (np.asarray(rows, np.int32), *weights, np.asarray(sides, float)), local, rays)
     return rays[0].T, rays[1].T
 
 
@@ -263,7 +263,7 @@ def write_rays(shapes, places, local, rays):
     ----------
     shapes : tuple
         `vertices`, `triangles`, `along`, `normal` and `offset` of Faces.
-    places : tuple of (m,) int and three (m,) float64
+    places : tuple of (m,) int32 and three (m,) float64
         Face, barycentric weights, and side of each.
     local : tuple of three (m,) float64
         Directions in the frame of the face.
