@@ -12,6 +12,7 @@ TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where on
 WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 STAND_IN = PREFIX + "stand_in"
+MASK = "CityPV mask"  # modifier and vertex group of a city of files: faces that objects show
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
 METRES = PREFIX + "metres"  # of one unit of Blender's scene
 IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same

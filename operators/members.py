@@ -19,6 +19,7 @@ from .in_place import (
     BUILDINGS,
     FACE,
     IDENTITY,
+    MASK,
     OBJECT,
     OWNER,
     TAKEN,
@@ -34,6 +35,7 @@ from .session import find_session
 LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
 REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
 MESH, RESHAPED = PREFIX + "shape", PREFIX + "edited"  # digest of its own mesh, and whether that is another one now
+GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
 FAMILY, VARIANT = PREFIX + "family", PREFIX + "variant"  # shared by all variants; what this one is called
 DESIGN, REDESIGNED = PREFIX + "design", PREFIX + "redesigned"  # the same of all else that it consists of
 OF_DESIGN = (
@@ -59,14 +61,16 @@ PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
 def begin_design(city, earlier=None):
     """Note on a new city what it consists of; what was added to an `earlier` one of the same files is an edit of it."""
     city[IDENTITY] = city.get(IDENTITY) or earlier or uuid.uuid4().hex
-    city[LINEAGE], city[REMOVED] = uuid.uuid4().hex, ""
+    city[LINEAGE] = uuid.uuid4().hex
+    city[REMOVED] = "\n".join(sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item}))
     remember_mesh(city)
     remember_design(city, describe_design(city, seen=None if is_in_place(city) else {}))
 
 
 def remember_mesh(city):
-    """Store on a city the shape of its own mesh."""
+    """Store on a city the shape of its own mesh, and of its ground."""
     city[MESH], city[RESHAPED] = describe_mesh(city), False
+    city[GROUND], city[RELAID] = describe_ground(city), False
 
 
 def remember_design(city, design):
@@ -150,22 +154,30 @@ def describe_object(city, item):
     if not is_in_place(city):
         matrix[:3, 3] -= np.array(city.location)
     digest.update(matrix.tobytes())
-    parts = [item, *(item.instance_collection.all_objects if item.instance_collection else ())]
-    for part in parts:
-        if part is not item:
-            digest.update(np.array(part.matrix_world).tobytes())
-        if part.type == "MESH":
-            digest.update(read_array(part.data.vertices, "co", 3).tobytes())
-            digest.update(read_corners(part.data).tobytes())
-    graph = item.users_scene[0].view_layers[0].depsgraph if item.users_scene else None
-    if graph is not None and item.type == "MESH" and any(one.type == "NODES" for one in item.modifiers):
-        digest.update(read_array(item.evaluated_get(graph).data.vertices, "co", 3).tobytes())  # their inputs count
-    for modifier in item.modifiers:
+    digest.update(describe_shape(item))
+    for part in item.instance_collection.all_objects if item.instance_collection else ():
+        digest.update(np.array(part.matrix_world).tobytes() + describe_shape(part))
+    return digest.digest()
+
+
+def describe_shape(item):
+    """Mesh and modifiers of an object, wherever it stands: bytes."""
+    told = []
+    if item.type == "MESH":
+        told += [read_array(item.data.vertices, "co", 3).tobytes(), read_corners(item.data).tobytes()]
+        graph = item.users_scene[0].view_layers[0].depsgraph if item.users_scene else None
+        if graph is not None and any(one.type == "NODES" for one in item.modifiers):
+            told.append(read_array(item.evaluated_get(graph).data.vertices, "co", 3).tobytes())  # their inputs count
+    for modifier in own_modifiers(item):
         plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
         kept = [name for name in plain if name not in ("show_expanded", "is_active")]
-        told = [str(getattr(modifier, name)) for name in kept]
-        digest.update(repr(told).encode())
-    return digest.digest()
+        told.append(repr([str(getattr(modifier, name)) for name in kept]).encode())
+    return b"".join(told)
+
+
+def own_modifiers(item):
+    """Modifiers that the user gave to an object: list of bpy.types.Modifier."""
+    return [modifier for modifier in item.modifiers if modifier.name != MASK]
 
 
 def next_lineage(city):
@@ -177,10 +189,18 @@ def describe_mesh(city):
     """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the sun."""
     digest = hashlib.sha256()
     if not is_in_place(city):
-        digest.update(np.array(city.matrix_world.to_3x3()).tobytes())
-        digest.update(read_array(city.data.vertices, "co", 3).tobytes())
-        digest.update(read_corners(city.data).tobytes())
+        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + describe_shape(city))
     return digest.hexdigest()
+
+
+def describe_ground(city):
+    """Digest of a city's ground, and of where it lies below the city; "" without one in the scene."""
+    ground = city.get(PREFIX + "ground")
+    if ground is None or not ground.users_scene:
+        return ""
+    matrix = np.array(ground.matrix_basis)
+    matrix[:3, 3] -= np.array(city.location)
+    return hashlib.sha256(matrix.round(4).tobytes() + describe_shape(ground)).hexdigest()
 
 
 def name_faces(item, building):
@@ -238,6 +258,11 @@ def describe_edit(city):
         return "", ""
     if city.get(ADDED):
         return city[ADDED], "add it to the city, or hide it"
+    if city.get(RELAID):
+        return (
+            "its ground was edited",
+            "undo that, or classify again, which lays it anew (other terrain: a file)",
+        )
     cure = "press Update" if can_update(city) else "classify and trace the city again"
     if city.get(RESHAPED):
         return "its mesh was edited", cure
@@ -247,6 +272,11 @@ def describe_edit(city):
 def can_update(city):
     """Whether a city has light that can be edited, so that only the edit has to be traced."""
     return getattr(find_session(city), "base", None) is not None
+
+
+def hinders_update(city):
+    """Whether something has to be done about a city before it can be updated: to what is beside it, or its ground."""
+    return bool(city.get(ADDED) or city.get(RELAID))
 
 
 def check_unedited(city):

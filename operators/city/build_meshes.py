@@ -27,7 +27,15 @@ def build_meshes(scene, name="City"):
     ground : bpy.types.Object or None
         The triangles that belong to no surface; None where there are none.
     """
-    generated = surface_of_triangles(scene) < 0
+    generated, city = surface_of_triangles(scene) < 0, build_city(scene, name)
+    if not generated.any():
+        return city, None
+    city[PREFIX + "ground"] = ground = _build_object("Ground", "ground", scene, generated)
+    return city, ground
+
+
+def build_city(scene, name):
+    """Build the city's object of a scene without its ground, as `build_meshes` does: bpy.types.Object."""
     own = scene.triangle_surface >= 0  # undersides and edges of racks have no results to show
     city = _build_object(name, "city", scene, own)
     # The names are stored on the object; the faces store their index into that list.
@@ -35,10 +43,7 @@ def build_meshes(scene, name="City"):
     numbers = np.array([number[name] for name in scene.surfaces.building_id], dtype=np.int32)
     write_face_attribute(city.data, "building", numbers[scene.triangle_surface[own]])
     city[BUILDINGS] = list(number)
-    if not generated.any():
-        return city, None
-    city[PREFIX + "ground"] = ground = _build_object("Ground", "ground", scene, generated)
-    return city, ground
+    return city
 
 
 def _build_object(name, part, scene, chosen):

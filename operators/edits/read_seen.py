@@ -12,7 +12,16 @@ from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_array, read_corners, read_face_attribute
 from ..city.read_settings import read_settings
 from ..in_place import is_in_place
-from ..members import LINEAGE, RESHAPED, describe_design, list_seen, next_lineage, originals_of, removed_of
+from ..members import (
+    LINEAGE,
+    RESHAPED,
+    describe_design,
+    list_seen,
+    next_lineage,
+    originals_of,
+    own_modifiers,
+    removed_of,
+)
 from .take_meshes import read_meshes
 
 
@@ -117,10 +126,12 @@ def read_reshaped(city, session):
     Raises
     ------
     InputError
-        The mesh was turned, or something else than a building of the files was edited.
+        The mesh was turned or has modifiers, or something else than a building of the files was edited.
     """
     if not np.allclose(np.array(city.matrix_world.to_3x3()), np.eye(3)):
         raise InputError(city.name, "it was turned or scaled", "undo that, and edit its buildings")
+    if own_modifiers(city):
+        raise InputError(city.name, "its mesh has modifiers", "apply or remove them")
     scene, mesh = session.scene, city.data
     ids, owner = scene.surfaces.surface_id, scene.surfaces.building_id
     own = scene.triangle_surface >= 0

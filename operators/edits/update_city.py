@@ -10,7 +10,7 @@ from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import ASKED, read_settings
 from ..light.trace_city import keep_light
-from ..members import REDESIGNED, can_update, describe_edit, has_edits
+from ..members import REDESIGNED, can_update, check_unedited, has_edits, hinders_update
 from ..picture.build_legend import PREVIEW
 from ..picture.show_result import find_before, show_result
 from ..result.compare_results import KeepBefore, values_of_surfaces
@@ -46,9 +46,8 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         session = find_session(city)
         if session is None or session.base is None:
             raise InputError(city.name, "its light cannot be edited", AGAIN)
-        problem, cure = describe_edit(city)
-        if "beside" in problem:
-            raise InputError(city.name, problem, cure)
+        if hinders_update(city):
+            check_unedited(city)
         leave_edit_mode(context)
         seen, request = read_seen(context, city, session), read_settings(context.scene.citypv)
         UpdateCity.tried = state = seen.design, repr(request)

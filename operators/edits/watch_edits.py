@@ -7,20 +7,25 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
+from ..attributes import PREFIX
 from ..city.read_settings import read_settings
-from ..in_place import ADDED, is_in_place, is_seen
+from ..in_place import ADDED, is_seen
 from ..light.keep_transfer import keep_transfers
 from ..members import (
     DESIGN,
+    GROUND,
     MESH,
     REDESIGNED,
+    RELAID,
     RESHAPED,
     adopt_objects,
     can_update,
     describe_added,
     describe_design,
+    describe_ground,
     describe_mesh,
     has_edits,
+    hinders_update,
     list_members,
     next_lineage,
 )
@@ -51,19 +56,23 @@ def follow_edits(scene, graph):
     updates = [update for update in graph.updates if update.is_updated_geometry or update.is_updated_transform]
     touched = {update.id.original for update in updates}
     for city in list_cities(scene):
-        note_edits(city, own=bool(touched & {city, city.data}))
+        ground = city.get(PREFIX + "ground")
+        own = {city, city.data, ground, ground and ground.data}
+        # An object that is deleted is not among the updates.
+        note_edits(city, own=bool(touched & own) or ground is None or not ground.users_scene)
 
 
 def note_edits(city, *, own=True):
-    """Note on a city that is seen whether its results are of it; `own`: its own mesh may have changed."""
+    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground may have changed."""
     if city is None or DESIGN not in city or not is_seen(city):
         return
     adopt_objects(city)
     note_change(city, ADDED, describe_added(city))
-    if any(item.mode == "EDIT" for item in (city, *list_members(city))):
+    if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
         return
-    if own and not is_in_place(city):
+    if own:
         note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
+        note_change(city, RELAID, describe_ground(city) != city.get(GROUND, describe_ground(city)))
     note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
 
 
@@ -79,7 +88,7 @@ def find_work():
     for window in bpy.context.window_manager.windows:
         scene = window.scene
         city, _ = find_city(scene)
-        if city is None or not is_seen(city) or not has_edits(city) or city.get(ADDED) or not can_update(city):
+        if city is None or not is_seen(city) or not has_edits(city) or hinders_update(city) or not can_update(city):
             continue
         with bpy.context.temp_override(window=window):
             if is_editing(bpy.context):

@@ -10,6 +10,7 @@ from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
 from ..attributes import PREFIX
 from ..city.read_settings import read_settings, state_of_step
+from ..members import check_unedited
 from ..session import KEPT, Session, find_city, find_session, list_cities, open_session
 
 HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
@@ -149,4 +150,5 @@ class OfTransfer:
     def prepare(self, context):
         """Take the transfer, or its file, and the settings."""
         city, _ = find_city(context.scene)
+        check_unedited(city)
         return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)

@@ -12,6 +12,7 @@ from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
 from ..city.read_settings import read_settings
 from ..job import compile_loops
+from ..members import check_unedited
 from ..run_step import Action, OfCity, Step
 from ..session import find_city, find_own_city, find_session
 
@@ -29,7 +30,9 @@ class OfScene(OfCity):
 
     def prepare(self, context):
         """Take the scene and the settings."""
-        return find_session(find_city(context.scene)[0]), read_settings(context.scene.citypv)
+        city, _ = find_city(context.scene)
+        check_unedited(city)
+        return find_session(city), read_settings(context.scene.citypv)
 
 
 class PlanEffects(OfScene, Step, bpy.types.Operator):

@@ -9,9 +9,8 @@ from ...core.settings.errors import count_of
 from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
-from ..city.read_settings import read_settings, remember_step
+from ..city.read_settings import remember_step
 from ..job import COMPILING, compile_loops
-from ..members import check_unedited
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
@@ -29,12 +28,9 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the scene and the settings."""
-        city, ground = find_city(context.scene)
-        check_unedited(city)
-        session = find_session(city)
+        (session, request), unread = super().prepare(context), []
         leave_edit_mode(context)
-        remember_materials(city, ground, session)
-        request, unread = read_settings(context.scene.citypv), []
+        remember_materials(*find_city(context.scene), session)
         read_goal(context.scene.citypv_seeing, request)
         if context.scene.citypv.albedo_source == "materials":
             request.ground_material = session.ground_material

@@ -12,12 +12,11 @@ import numpy as np
 
 from ..attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 from ..city.build_meshes import remove_objects
-from ..in_place import FACE, OBJECT, STAND_IN, is_in_place, is_single, list_taken
+from ..in_place import FACE, MASK, OBJECT, STAND_IN, is_in_place, is_single, list_taken
 from .colour_faces import COLOUR_ATTRIBUTE, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
 HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
-MASK = "CityPV mask"  # modifier and vertex group of a city of files: faces that objects show
 WORN = PREFIX + "worn"  # of a city: its colours are shown
 STAND_INS = PREFIX + "stand_ins"  # of a city: what the panel says of objects that have no faces of their own
 FEW = 3  # names shown

@@ -17,10 +17,12 @@ from ..attributes import (
     read_array,
     read_face_attribute,
     remove_face_attributes,
+    write_classes,
+    write_results,
     write_surface_values,
 )
-from ..city.build_meshes import BUILDINGS, remove_objects, show_objects
-from ..members import FAMILY
+from ..city.build_meshes import BUILDINGS, build_city, remove_objects, show_objects
+from ..members import FAMILY, RESHAPED, check_unedited
 from ..picture.show_result import BEFORE, find_before, has_result, show_before, show_result
 from ..run_step import Action, OfCity
 from ..session import find_city, find_session, list_cities, open_session
@@ -174,8 +176,17 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Keep a copy of the city, hidden, in place of an earlier one."""
+        session, name = find_session(city), f"{city.name} before"
+        if not city.get(RESHAPED):
+            item = bpy.data.objects.new(name, city.data.copy())
+        elif session is None or session.energy is None:
+            return check_unedited(city)
+        else:
+            # Its own mesh is another one by now than that of the results.
+            item = build_city(session.scene, name)
+            write_classes(item, None, session.scene.surfaces)
+            write_results(item, None, session.transfer, session.energy)
         remove_objects(find_before(context.scene))
-        item = bpy.data.objects.new(f"{city.name} before", city.data.copy())
         item.data.name, item.matrix_world = item.name, city.matrix_world
         for key in (PREFIX + name for name in COPIED):
             if key in city:
@@ -183,8 +194,8 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         item[PREFIX + "part"] = BEFORE
         show_objects(context.scene, item)
         show_before(item, visible=False)
-        if find_session(city) is not None:
-            open_session(item, replace(find_session(city)))
+        if session is not None:
+            open_session(item, replace(session))
         context.scene.citypv_seeing.side_by_side = False
         return "Kept as before: change what you like, then trace and compute the energy"
 

@@ -12,9 +12,9 @@ from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
 from ..city.read_settings import read_settings
 from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
-from ..members import VARIANT
+from ..members import VARIANT, check_unedited
 from ..picture.show_result import find_before
-from ..run_step import Step
+from ..run_step import Step, refuse
 from ..session import find_city, find_session
 
 FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
@@ -55,9 +55,13 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         return FILES[properties.format][2]
 
     def invoke(self, context, event):
-        """Ask where to write; start once it is known."""
+        """Ask where to write, if there is something to write; start once it is known."""
         if self.filepath or bpy.app.background:
             return super().invoke(context, event)
+        try:
+            self.prepare(context)
+        except InputError as error:
+            return refuse(self, error)
         self.filepath, self.filter_glob = str(suggest_path(self.format)), f"*{Path(FILES[self.format][0]).suffix}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
@@ -65,6 +69,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the results and the path."""
         city, _ = find_city(context.scene)
+        check_unedited(city)
         session = reopen_session(city)
         if self.format in SHAPES and (session.city is None or session.scene is None):
             problem = "needs the geometry, which is not in this file"
