@@ -9,6 +9,7 @@ finds or builds one and says so. Debian's unstable suite is the one that has Ble
 fail on some days.
 """
 
+import fcntl
 import json
 import os
 import shutil
@@ -33,6 +34,8 @@ EXCHANGE = "exchange"  # folder of ROOT that both sides see; inside it is /excha
 # A clean environment: Blender as a module sets variables for its own libraries.
 ENVIRONMENT = ["env", "-i", "PATH=/usr/local/bin:/usr/bin:/bin", "HOME=/root", "LANG=C.UTF-8"]
 ENVIRONMENT += [f"BLENDER_USER_RESOURCES=/{EXCHANGE}/settings"]
+
+_held = {}  # root -> descriptor of its lock
 
 # Runs inside Blender: executes what the other side leaves in /exchange/ask.py and answers with what `answer` holds.
 DRIVER = """
@@ -103,8 +106,17 @@ def find_root():
     return root, f"run in {root}, built in {time.monotonic() - started:.0f} s"
 
 
+def hold_root(root):
+    """Keep a root for this process until it ends; others wait for it."""
+    if root not in _held:
+        _held[root] = os.open(f"{root}.lock", os.O_CREAT | os.O_RDWR)
+        fcntl.flock(_held[root], fcntl.LOCK_EX)
+
+
 def build_root(root):
     """Install Debian with Blender, and the Python packages of core, into a folder."""
+    root.parent.mkdir(parents=True, exist_ok=True)
+    hold_root(root)
     run(["apt-get", "update", "-q"])
     run(["apt-get", "install", "-y", "-q", "--no-install-recommends", *TOOLS])
     root.mkdir(parents=True, exist_ok=True)
@@ -128,6 +140,7 @@ def install_packages(folder):
 
 def install_extension(root):
     """Install and enable the add-on as a user would, with fresh settings; return Blender's output."""
+    hold_root(root)
     mount_proc(root)
     folder = root / EXCHANGE / "citypv"
     for old in (folder, root / EXCHANGE / "settings"):
@@ -160,7 +173,10 @@ def run(command):
 
 
 class Window:
-    """Blender's window on a virtual screen: run Python in it, send input, take screenshots."""
+    """Blender's window on a virtual screen: run Python in it, send input, take screenshots.
+
+    Another process that opens the same root waits until this one ends.
+    """
 
     def __init__(self, root, size=SIZE):
         self.root, self.size, self.exchange = root, size, root / EXCHANGE
@@ -168,6 +184,7 @@ class Window:
 
     def __enter__(self):
         """Open screen and window."""
+        hold_root(self.root)
         mount_proc(self.root)
         for name in ("ask.py", "reply.json"):
             (self.exchange / name).unlink(missing_ok=True)
