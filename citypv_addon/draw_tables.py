@@ -48,7 +48,7 @@ def draw_best(layout, context):
     head, body = layout.panel("citypv_best", default_closed=True)
     head.label(text="Best buildings, per year")
     if body:
-        draw_buildings(body, ("kWp", "MWh"), best)
+        draw_buildings(body, ("kWp", "MWh", "P50", "P90")[: len(best[0]) - 1], best)
 
 
 def draw_comparison(layout, context):
@@ -61,8 +61,6 @@ def draw_comparison(layout, context):
     column.label(text="MWh per year: before → after, change")
     for one in tables["sums"]:
         draw_change(column, one, SUMS[one["state"]])
-        sides = [f"{side} {write_energy(one[side], '+')}" for side in ("roofs", "facades") if one[side]]
-        draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
     buildings = sort_buildings(tables["buildings"], seeing)
     pages = max(1, -(-len(buildings) // PAGE))
     page = min(seeing.page, pages)
@@ -77,7 +75,7 @@ def draw_comparison(layout, context):
 
 
 def draw_change(column, row, title=""):
-    """Show a row of a comparison on two lines: a building with its button, or a sum with its title."""
+    """Show a row of a comparison: a building with its button, or a sum with its title; then what changes in it."""
     before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
@@ -89,6 +87,8 @@ def draw_change(column, row, title=""):
     line.active = not change.startswith("(")
     line.label(text=f"   {before} → {after}")
     draw_numbers(line.row(align=True), (percent,))
+    sides = [f"{side} {write_energy(row[side], '+')}" for side in ("roofs", "facades") if row[side]]
+    draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
 
 
 def sort_buildings(rows, seeing):

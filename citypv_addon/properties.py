@@ -60,6 +60,8 @@ ORDERS = [
     ("before", "Before", "Energy before"),
     ("after", "After", "Energy after"),
     ("name", "Id", "Id of the building"),
+    ("roofs", "Roofs", "Change of energy of the roofs"),
+    ("facades", "Facades", "Change of energy of the facades"),
 ]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]

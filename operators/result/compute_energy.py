@@ -43,9 +43,10 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
-        surfaces = session.transfer.surfaces
-        kwp = kwp_of_hours(np.asarray(surfaces.area), energy, build_system(request))
-        totals = sum_totals(session.transfer, energy, request), rank_buildings(surfaces, energy, request), kwp
+        system = build_system(request)
+        kwp = kwp_of_hours(np.asarray(session.transfer.surfaces.area), energy, system)
+        best = rank_buildings(session, weather, energy, system)
+        totals = sum_totals(session.transfer, energy, request), best, kwp
         seconds = seconds_to_halve(session.transfer, weather, energy)
         return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals, seconds)
 
@@ -57,7 +58,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         session.weather, session.energy, session.request = weather, energy, request
         write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
         text = summarise_energy(city, weather, energy, place, totals)
-        city[BEST] = [f"{name.replace('|', '/')}|{kwp:,.1f}|{mwh:,.1f}" for name, kwp, mwh in best]
+        city[BEST] = ["|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)]) for name, *row in best]
         city[KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
@@ -92,35 +93,33 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         for region in (area.spaces.active.region_3d for area in list_views(context)):
             region.view_location = Vector(((low + high) / 2).tolist())
             region.view_distance = 2.0 * float(np.linalg.norm(high - low))
-        told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh in best if one == name), "")
+        told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh, *_ in best if one == name), "")
         return f"{name}{told}"
 
 
-def rank_buildings(surfaces, energy, request):
-    """Buildings with the most energy per year, in their order: list of (id, kWp, MWh per year).
+def rank_buildings(session, weather, energy, system):
+    """Buildings with the most energy, as buildings.csv has them.
 
     Parameters
     ----------
-    surfaces : core.city.scene.Surfaces
+    session : Session
+        With its transfer.
+    weather : core.weather.weather.Weather
     energy : core.energy.energy.Energy
-    request : core.request.Request
-    """
-    from ...core.energy.energy import sum_potential
-    from ...core.energy.pv_system import build_system
+    system : core.energy.pv_system.PvSystem
 
-    system, names = build_system(request), np.array(surfaces.building_id, dtype=object).astype(str)
-    rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
-    own, place = np.unique(names[rows], return_inverse=True)
-    # Energy is in proportion to module area times hours.
-    share = energy.module_area[rows] * energy.full_load_hours[rows] * surfaces.area[rows]
-    likely = np.argsort(-np.bincount(place, share / energy.counted_area[rows]), kind="stable")[:MOST]
-    found = []
-    for number in likely.tolist():
-        total = sum_potential(rows[place == number], np.asarray(surfaces.area, float), energy, system)
-        found.append((str(own[number]), total["kwp"], total["mwh_per_year"]))
-    return found
+    Returns
+    -------
+    list of tuple
+        Id, power [kWp], energy [MWh per year]; with several years of weather also P50 and P90.
+    """
+    from ...core.results.write_buildings import sum_buildings
+
+    table = sum_buildings(session.transfer, energy, system, weather).nlargest(MOST, "mwh_per_year")
+    columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
+    return list(table[table["kwp"] > 0].reindex(columns=columns).dropna(axis=1).itertuples(index=False, name=None))
 
 
 def read_best(city):
-    """Best buildings of a city: list of (id, kWp, MWh per year) as text; empty before the energy."""
+    """Best buildings of a city, rows of `rank_buildings` as text: list of tuple; empty before the energy."""
     return [tuple(row.split("|")) for row in city.get(BEST, ())] if city is not None else []

@@ -12,6 +12,7 @@ from ..attributes import PREFIX, read_face_attribute
 from ..city.read_settings import read_settings
 from ..in_place import STAND_IN, is_in_place, list_taken
 from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
+from ..members import check_unedited
 from ..run_step import Action, leave_edit_mode, list_views
 from ..session import find_city
 from .select_faces import gather_selection, select_faces
@@ -60,6 +61,7 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Select the surfaces, and store what they yield on the city."""
+        check_unedited(city)
         session, selected = reopen_session(city), gather_selection(context, city)
         keep_energy(session, find_kept(city), read_settings(context.scene.citypv))
         rows = find_surfaces(city, self.face, selected, whole=self.whole)
@@ -139,11 +141,11 @@ def describe_surfaces(session, rows):
     -------
     list of str
     """
-    from ...core.energy.energy import sum_potential
+    from ...core.energy.energy import exceeded_energy, kwp_of_hours, sum_potential
     from ...core.energy.pv_system import build_system
 
-    surfaces, energy = session.transfer.surfaces, session.energy
-    total = sum_potential(rows, surfaces.area, energy, build_system(session.request))
+    surfaces, energy, system = session.transfer.surfaces, session.energy, build_system(session.request)
+    total = sum_potential(rows, surfaces.area, energy, system)
     names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
     kinds = list(dict.fromkeys(f"{surfaces.kind[k]} {surfaces.orientation[k]}" for k in rows))
     area = surfaces.area[rows]
@@ -155,13 +157,15 @@ def describe_surfaces(session, rows):
     if len(rows) == 1:
         lines += [f"Tilt|{surfaces.surface_tilt[rows[0]]:.1f}°", f"Azimuth|{surfaces.surface_azimuth[rows[0]]:.1f}°"]
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
-    hours = total["full_load_hours"]
+    hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]
+    years = kwp_of_hours(surfaces.area, energy, system)[counted] @ energy.full_load_hours_by_year[counted] / 1000
     return [
         *lines,
         "Full load hours|–" if hours is None else f"Full load hours|{hours:,.0f}{error} h per year",
         f"Irradiation|{np.average(energy.poa_global_annual[rows], weights=area):,.0f} kWh/m² per year",
         f"Power|{total['kwp']:,.1f} kWp",
         f"Energy|{total['mwh_per_year']:,.2f} MWh per year",
+        *(f"{name.upper()}|{value:,.2f} MWh per year" for name, value in exceeded_energy(years).items()),
     ]
 
 
