@@ -62,7 +62,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         if find_city(context.scene)[0] is None:
             column.operator("citypv.berlin_example", icon="WORLD")
         edit, cure = describe_edit(find_city(context.scene)[0])
-        if edit:
+        if edit and (Step.current is None or Step.current.title != "Update"):
             told = f"Results are of before the last edit: {edit}; {cure}"
             draw_sentence(self.layout.box().column(align=True), told, "ERROR")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))

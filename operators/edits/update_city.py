@@ -30,7 +30,8 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.update", "Update"
     bl_options = set()  # it is no step of undo: undo takes back the edit
-    stages = {"building the scene": 1, "sky and reflections": 2, "suns": 3, "electricity": 2}
+    stages = {"building the scene": 5, "comparing rays": 7, "sky and reflections": 3, "reflections of the sky": 4}
+    stages |= {"annual light of the suns": 1, "suns": 9, "electricity": 3}
     tried = None  # state of the city that was computed last
 
     @classmethod
