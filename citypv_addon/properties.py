@@ -67,6 +67,9 @@ ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in 
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
 
 
+WEATHER_FILE = StringProperty(  # of a scene, and of what new ones begin with
+    name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
+)
 REFLECTION = StringProperty(  # of a material
     name="Reflects as",
     description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
@@ -125,9 +128,7 @@ class Settings(bpy.types.PropertyGroup):
     threads: IntProperty(name="Threads", description="Number of threads; 0: all processors", min=0)
     # Energy
     weather: EnumProperty(name="Weather", description="Source of irradiance, temperature and wind", items=WEATHERS)
-    weather_file: StringProperty(
-        name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
-    )
+    weather_file: WEATHER_FILE
     weather_place: StringProperty(
         name="Measured at",
         description="Latitude and longitude of the weather, such as 52.38 13.06, where its file does not say them",
@@ -212,9 +213,7 @@ class Preferences(bpy.types.AddonPreferences):
     bl_idname = ADDON
 
     weather: EnumProperty(name="Weather", description="Source of weather that new scenes begin with", items=WEATHERS)
-    weather_file: StringProperty(
-        name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
-    )
+    weather_file: WEATHER_FILE
     threads: IntProperty(
         name="Threads", description="Number of threads where a scene gives none; 0: all processors", min=0
     )

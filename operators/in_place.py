@@ -18,17 +18,8 @@ METRES = PREFIX + "metres"  # of one unit of Blender's scene
 IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same
 AGAINST = PREFIX + "against"  # of a city: the variant that it is compared with
 BESIDE, ADDED = PREFIX + "beside", PREFIX + "added"  # objects beside it, and what came since, in words
-OF_CITY = (
-    AGAINST,
-    TAKEN,
-    TAKEN_FROM,
-    BUILDINGS,
-    WEARERS,
-    SEEN,
-    METRES,
-    BESIDE,
-    ADDED,
-)  # what a city has that replaces another one
+# What a city has that replaces another one, of these and of all.
+OF_OBJECTS = (AGAINST, TAKEN, TAKEN_FROM, BUILDINGS, WEARERS, SEEN, METRES, BESIDE, ADDED)
 
 
 def is_in_place(city):

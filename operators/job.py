@@ -29,7 +29,7 @@ class Job:
     """
 
     def __init__(self, title, work, stages=None, after=None):
-        self.title, self.text, self.share = title, title, 0.0
+        self.title, self.share = title, 0.0
         self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
         self._stop, self.dropped = threading.Event(), False
@@ -48,11 +48,18 @@ class Job:
         self._asked = self._asked or time.monotonic()
         self._stop.set()
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
-        self.text, self.rate, self.left = f"{self.title}: {self.stage}", "", ""
+        self.rate = self.left = ""
 
     def join(self):
         """Wait for the end of the work."""
         self._thread.join()
+
+    @property
+    def text(self):
+        """Progress in one line."""
+        if self.cancelled:
+            return f"{self.title}: {self.stage}"
+        return f"{self.stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
 
     @property
     def cancelled(self):
@@ -85,7 +92,6 @@ class Job:
         self.left = describe_left(now - self._began, self.share) if stage != COMPILING else ""
         told = done and unit and now > self._started
         self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
-        self.text = f"{stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
 
     def _run(self, work):
         # Errors are reported in Blender's main thread.

@@ -21,6 +21,7 @@ from .in_place import (
     IDENTITY,
     MASK,
     OBJECT,
+    OF_OBJECTS,
     OWNER,
     TAKEN,
     TAKEN_FROM,
@@ -38,16 +39,7 @@ MESH, RESHAPED = PREFIX + "shape", PREFIX + "edited"  # digest of its own mesh, 
 GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
 FAMILY, VARIANT = PREFIX + "family", PREFIX + "variant"  # shared by all variants; what this one is called
 DESIGN, REDESIGNED = PREFIX + "design", PREFIX + "redesigned"  # the same of all else that it consists of
-OF_DESIGN = (
-    IDENTITY,
-    FAMILY,
-    VARIANT,
-    LINEAGE,
-    REMOVED,
-    DESIGN,
-    REDESIGNED,
-    RESHAPED,
-)  # what a city has that replaces another one
+OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
 # Properties of an object of the user.
 PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
 BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object

@@ -5,6 +5,7 @@ import numpy as np
 
 from ...core.city.scene import surface_of_triangles
 from ..attributes import PREFIX, read_array, write_face_attribute
+from ..session import find_city
 
 COLLECTION = "CityPV"
 BUILDINGS = PREFIX + "buildings"  # property of a city: names of its buildings, in file order
@@ -80,6 +81,12 @@ def show_objects(stage, *items):
 def remove_objects(*items):
     """Remove objects with their data; None is skipped."""
     bpy.data.batch_remove([part for item in items if item is not None for part in (item, item.data)])
+
+
+def suggest_buildings(operator, context, text):
+    """Names of a city's buildings that have a text in them, for a property's search: list of str."""
+    names = (find_city(context.scene)[0] or {}).get(BUILDINGS, ())
+    return [name for name in names if text.lower() in name.lower()]
 
 
 def read_vertices(item):

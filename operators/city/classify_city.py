@@ -9,11 +9,11 @@ from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
 from ..attributes import write_classes
 from ..edits.read_seen import read_seen
-from ..in_place import ADDED, OF_CITY, TAKEN, WEARERS, is_in_place, put_in_place
+from ..in_place import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
 from ..job import COMPILING, compile_loops
 from ..members import (
     LINEAGE,
-    OF_DESIGN,
+    OF_CITY,
     check_unedited,
     describe_design,
     has_edits,
@@ -95,7 +95,7 @@ def show_kinds(context, before, session, findings, seen=None):
     uncolour_user_meshes(old)
     for new in filter(None, (item, ground)):
         new.location = np.array(old.location) + (0.0 if seen is None else shift_of(scene.site, seen.site))
-    for key in (*OF_CITY, *OF_DESIGN):
+    for key in OF_CITY:
         if key in old:
             item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
     names = old.name, old_ground.name if old_ground else "Ground"

@@ -18,17 +18,24 @@ from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, 
 
 ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
 ASKED = PREFIX + "asked_"  # + step: property of a city
-STEPS = {  # step -> settings of the panel that are not declared by core
-    "import": ("city_path", "lod"),
-    "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
-    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
-    "energy": ("weather", "weather_file", "weather_place", "weather_point", "year"),
-}
-PANELS = {
-    "import": ("import",),
-    "classify": ("classify",),
-    "trace": ("trace", "sampling"),
-    "energy": ("weather", "energy"),
+STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
+    "import": ("city_path", "lod", *settings_of_panel("import")),
+    "classify": (
+        *("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
+        *settings_of_panel("classify"),
+    ),
+    "trace": (
+        *("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
+        *settings_of_panel("trace"),
+        *settings_of_panel("sampling"),
+        *map(name_switch, OF_LIGHT),
+    ),
+    "energy": (
+        *("weather", "weather_file", "weather_place", "weather_point", "year"),
+        *settings_of_panel("weather"),
+        *settings_of_panel("energy"),
+        *map(name_switch, ELECTRIC),
+    ),
 }
 
 
@@ -170,6 +177,4 @@ def state_of_step(city, step, settings):
 
 def describe_settings(step, settings):
     """Settings of a step as text."""
-    names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
-    names += [name_switch(key) for key in {"trace": OF_LIGHT, "energy": ELECTRIC}.get(step, ())]
-    return repr([getattr(settings, name) for name in names])
+    return repr([getattr(settings, name) for name in STEPS[step]])

@@ -6,7 +6,7 @@ from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX, write_face_attribute
-from ..city.build_meshes import BUILDINGS
+from ..city.build_meshes import BUILDINGS, suggest_buildings
 from ..in_place import IDENTITY, OWNER, is_in_place, list_taken
 from ..members import (
     BUILDING,
@@ -60,12 +60,7 @@ class NameBuilding:
     """Mixin of operators that take a building; without an id they take that of the selected faces, or ask."""
 
     building: bpy.props.StringProperty(
-        name="Building",
-        description="Its id",
-        search=lambda self, context, text: [
-            name for name in (find_city(context.scene)[0] or {}).get(BUILDINGS, ()) if text.lower() in name.lower()
-        ],
-        options={"SKIP_SAVE"},
+        name="Building", description="Its id", search=suggest_buildings, options={"SKIP_SAVE"}
     )
 
     def invoke(self, context, event):

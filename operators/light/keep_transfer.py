@@ -98,8 +98,8 @@ import and trace again"
     return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
 
 
-def recall_energy(session, path, request, progress=silent):
-    """Weather and energy of a session; where the file was opened since, of its kept light: Weather, Energy.
+def keep_energy(session, path, request, progress=silent):
+    """Bring the energy into a session that has none, and the light, where the file was opened since.
 
     Raises
     ------
@@ -108,20 +108,14 @@ def recall_energy(session, path, request, progress=silent):
     """
     from ...core.study import check_settings, compute_energy, read_year
 
+    if session.energy is not None:
+        return
     check_settings(request)
     read_kept(session, path)
-    if session.energy is not None:
-        return session.weather, session.energy
     progress("reading weather", 0, 1, "years")
     weather = read_year(session.transfer.site, request, session.transfer.suns)
-    return weather, compute_energy(session.transfer, weather, request, progress)
-
-
-def keep_energy(session, path, request, progress=silent):
-    """Bring the energy into a session that has none: parameters and errors as of `recall_energy`."""
-    if session.energy is None:
-        session.weather, session.energy = recall_energy(session, path, request, progress)
-        session.request = request
+    energy = compute_energy(session.transfer, weather, request, progress)
+    session.weather, session.energy, session.request = weather, energy, request
 
 
 class OfEnergy:

@@ -170,9 +170,10 @@ def properties_of_preset(preset):
 
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
-    wanted = {name: properties_of_preset(name) for name in PRESETS}
-    same = [name for name in PRESETS if all(getattr(settings, key) == value for key, value in wanted[name].items())]
-    return same[0] if same else ""
+    for name in PRESETS:
+        if all(getattr(settings, key) == value for key, value in properties_of_preset(name).items()):
+            return name
+    return ""
 
 
 def read_prices(city):

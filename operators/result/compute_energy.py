@@ -6,12 +6,12 @@ from mathutils import Vector
 
 from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
-from ..city.build_meshes import BUILDINGS, read_vertices
+from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.read_settings import remember_step
 from ..light.keep_transfer import OfTransfer, read_kept
 from ..picture.show_result import show_result
 from ..run_step import Action, OfCity, Step, list_views
-from ..session import find_city, find_own_city
+from ..session import find_own_city
 from .compare_results import compare_with_before
 from .keep_report import find_faces
 from .select_faces import select_faces
@@ -74,9 +74,7 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
     building: bpy.props.StringProperty(
         name="Building",
         description="Its id; empty: the one with the most energy",
-        search=lambda self, context, text: [
-            name for name in (find_city(context.scene)[0] or {}).get(BUILDINGS, ()) if text.lower() in name.lower()
-        ],
+        search=suggest_buildings,
     )
 
     def act(self, context, city, ground):
