@@ -51,23 +51,29 @@ def show_objects_of(city, *, visible):
     for item in list_members(city) if VARIANT in city else ():
         if not visible and item.visible_get():
             item[PUT_AWAY] = True
-            item.select_set(False)
-            item.hide_set(True)
+            put_away(item, True)
         elif visible and item.pop(PUT_AWAY, False):
-            item.hide_set(False)
+            put_away(item, False)
     if is_in_place(city):
         city[SEEN] = visible
         wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
         ground = city.get(PREFIX + "ground")
         if ground is not None:
-            ground.hide_set(not visible)
+            put_away(ground, not visible)
         return
     for item in filter(None, (city, city.get(PREFIX + "ground"))):
-        if not visible:
-            item.select_set(False)
-        item.hide_set(not visible)
+        put_away(item, not visible)
         item.hide_render = not visible
+
+
+def put_away(item, hidden):
+    """Hide an object so that Alt H, which shows what the user hid, leaves it away; or show it again."""
+    if hidden:
+        item.select_set(False)
+    else:
+        item.hide_set(False)
+    item.hide_viewport = hidden
 
 
 class Retrace(OfCity, bpy.types.Operator):

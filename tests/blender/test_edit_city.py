@@ -384,6 +384,10 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     update()
     found["C"] = hours_of(session_here())
     assert set(found["C"]) == set(found["B"]) and found["B"] != pytest.approx(found["C"], nan_ok=True)
+    for item in bpy.context.scene.objects:  # as Alt H does
+        item.hide_set(False)
+    bpy.context.view_layer.update()
+    assert here()["citypv_variant"] == "C" and describe_edit(here()) == ("", "")
     refuse_to_trace(monkeypatch)
     cities = {city["citypv_variant"]: city.name for city in list_cities(bpy.context.scene)}
     assert sorted(cities) == ["A", "B", "C"]
