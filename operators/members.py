@@ -36,7 +36,7 @@ from .session import find_session
 LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
 REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
 MESH, RESHAPED = PREFIX + "shape", PREFIX + "edited"  # digest of its own mesh, and whether that is another one now
-GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
+GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground, two digests
 FAMILY, VARIANT = PREFIX + "family", PREFIX + "variant"  # shared by all variants; what this one is called
 DESIGN, REDESIGNED = PREFIX + "design", PREFIX + "redesigned"  # the same of all else that it consists of
 OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
@@ -62,7 +62,7 @@ def begin_design(city, earlier=None):
 def remember_mesh(city):
     """Store on a city the shape of its own mesh, and of its ground."""
     city[MESH], city[RESHAPED] = describe_mesh(city), False
-    city[GROUND], city[RELAID] = describe_ground(city), False
+    city[GROUND], city[RELAID] = describe_ground(city) or [], False
 
 
 def remember_design(city, design):
@@ -186,13 +186,22 @@ def describe_mesh(city):
 
 
 def describe_ground(city):
-    """Digest of a city's ground, and of where it lies below the city; "" without one in the scene."""
+    """Digests of a city's ground as it lies in the scene, and as it lies below the city: list of two str, or None.
+
+    None without a ground in the scene: then no other is seen. The two may be moved together, and the city alone.
+    """
     ground = city.get(PREFIX + "ground")
     if ground is None or not ground.users_scene:
-        return ""
-    matrix = np.array(ground.matrix_basis)
-    matrix[:3, 3] -= np.array(city.location)
-    return hashlib.sha256(matrix.round(4).tobytes() + describe_shape(ground)).hexdigest()
+        return None
+    places, shape = [np.array(ground.matrix_basis) for _ in range(2)], describe_shape(ground)
+    places[1][:3, 3] -= np.array(city.location)
+    return [hashlib.sha256(matrix.round(4).tobytes() + shape).hexdigest() for matrix in places]
+
+
+def is_relaid(city):
+    """Whether the ground of a city is seen in another shape, or elsewhere, than when it was laid."""
+    now, laid = describe_ground(city), city.get(GROUND)
+    return bool(now and laid) and not {*now} & {*laid}
 
 
 def name_faces(item, building):

@@ -13,7 +13,6 @@ from ..in_place import ADDED, is_seen
 from ..light.keep_transfer import keep_transfers
 from ..members import (
     DESIGN,
-    GROUND,
     MESH,
     REDESIGNED,
     RELAID,
@@ -22,10 +21,10 @@ from ..members import (
     can_update,
     describe_added,
     describe_design,
-    describe_ground,
     describe_mesh,
     has_edits,
     hinders_update,
+    is_relaid,
     list_members,
     next_lineage,
 )
@@ -57,9 +56,7 @@ def follow_edits(scene, graph):
     touched = {update.id.original for update in updates}
     for city in list_cities(scene):
         ground = city.get(PREFIX + "ground")
-        own = {city, city.data, ground, ground and ground.data}
-        # An object that is deleted is not among the updates.
-        note_edits(city, own=bool(touched & own) or ground is None or not ground.users_scene)
+        note_edits(city, own=bool(touched & {city, city.data, ground, ground and ground.data}))
 
 
 def note_edits(city, *, own=True):
@@ -72,7 +69,7 @@ def note_edits(city, *, own=True):
         return
     if own:
         note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
-        note_change(city, RELAID, describe_ground(city) != city.get(GROUND, describe_ground(city)))
+        note_change(city, RELAID, is_relaid(city))
     note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
 
 

@@ -28,7 +28,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the scene and the settings."""
-        (session, request), unread = super().prepare(context), []
+        (session, request), unread = OfScene.prepare(self, context), []
         leave_edit_mode(context)
         remember_materials(*find_city(context.scene), session)
         read_goal(context.scene.citypv_seeing, request)

@@ -110,3 +110,9 @@ def addon():
 def city(addon, city_file):
     """The street with its energy."""
     return run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=2)
+
+
+@pytest.fixture
+def traced(addon, city_file):
+    """The street with its energy, to be edited."""
+    return run("solar_city", city_path=str(city_file), samples=32, shadow_samples=4, days=4)

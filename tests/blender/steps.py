@@ -2,7 +2,10 @@
 
 import bpy
 import numpy as np
+import pytest
 
+from citypv.core.light.editable_city import prepare_decided
+from citypv.core.study import stand_city, trace_scene
 from citypv.operators.session import find_city, find_session
 
 
@@ -37,3 +40,29 @@ def add_box(name, location):
     bpy.ops.mesh.primitive_cube_add(size=2, location=location, scale=(5, 4, 3))
     bpy.context.object.name = name
     return bpy.context.object
+
+
+def add_tower(x=5.0):
+    """A selected tower of 40 m to the south of the first house."""
+    tower = add_box("tower", (x, -12.0, 20.0))
+    tower.scale = (1, 1, 20 / 3)  # of 6 m
+    bpy.context.view_layer.update()
+    bpy.ops.object.select_all(action="DESELECT")
+    tower.select_set(True)
+    return tower
+
+
+def trace_anew(session):
+    """The city of a session in a full run, at the same place and with the same decisions."""
+    base = session.base
+    request = base.request
+    scene = stand_city(session.city, request, like=base.leaf.prepared.scene)
+    return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
+
+
+def assert_full_run(session):
+    """The light is that of a full run of the edited city."""
+    expected = trace_anew(session)
+    assert expected.surfaces.surface_id == session.transfer.surfaces.surface_id
+    assert session.transfer.visible_share == pytest.approx(expected.visible_share)
+    assert session.transfer.diffuse_relative == pytest.approx(expected.diffuse_relative)

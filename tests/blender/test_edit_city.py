@@ -3,48 +3,22 @@
 import json
 from dataclasses import replace
 
-import bmesh
 import bpy
 import numpy as np
 import pandas as pd
 import pytest
-from steps import add_box, here, run, session_here
+from steps import add_box, add_tower, assert_full_run, here, run, session_here, trace_anew
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.energy.energy import kwp_of_hours
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.edit_light import edit_light
-from citypv.core.light.editable_city import prepare_decided
 from citypv.core.study import compute_energy, stand_city, trace_scene
 from citypv.operators.attributes import read_corners, read_face_attribute
 from citypv.operators.edits.update_city import estimate_hours
 from citypv.operators.members import describe_edit, list_members
 from citypv.operators.picture.build_legend import note_of
-from citypv.operators.result.compute_energy import read_best
 from citypv.operators.session import list_cities
-
-
-@pytest.fixture
-def traced(addon, city_file):
-    return run("solar_city", city_path=str(city_file), samples=32, shadow_samples=4, days=4)
-
-
-def trace_anew(session):
-    """The city of a session in a full run, at the same place and with the same decisions."""
-    base = session.base
-    request = base.request
-    scene = stand_city(session.city, request, like=base.leaf.prepared.scene)
-    return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
-
-
-def add_tower(x=5.0):
-    """A selected tower of 40 m to the south of the first house."""
-    tower = add_box("tower", (x, -12.0, 20.0))
-    tower.scale = (1, 1, 20 / 3)  # of 6 m
-    bpy.context.view_layer.update()
-    bpy.ops.object.select_all(action="DESELECT")
-    tower.select_set(True)
-    return tower
 
 
 def hours_of(session):
@@ -70,14 +44,6 @@ def refuse_to_trace(monkeypatch):
         raise AssertionError("traced")
 
     monkeypatch.setattr("citypv.core.study.trace_edit", trace_edit)
-
-
-def assert_full_run(session):
-    """The light is that of a full run of the edited city."""
-    expected = trace_anew(session)
-    assert expected.surfaces.surface_id == session.transfer.surfaces.surface_id
-    assert session.transfer.visible_share == pytest.approx(expected.visible_share)
-    assert session.transfer.diffuse_relative == pytest.approx(expected.diffuse_relative)
 
 
 def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):
@@ -245,88 +211,6 @@ def test_the_mesh_of_the_city_is_edited_in_place(traced):
     assert set(after.transfer.surfaces.building_id) == set(session.transfer.surfaces.building_id)
     assert_full_run(after)
     assert describe_edit(here()) == ("", "")
-
-
-def test_what_a_deleted_part_of_the_mesh_yielded_is_told(traced):
-    """Before the first edit the city had all its faces: a house deleted in edit mode is gone with its energy."""
-    city = here()
-    yielded = {name: float(mwh.replace(",", "")) for name, _, mwh in read_best(city)}
-    number = list(city["citypv_buildings"]).index("house2")
-    shape = bmesh.new()
-    shape.from_mesh(city.data)
-    own = read_face_attribute(city.data, "building") == number
-    chosen = [face for face, chosen in zip(shape.faces, own, strict=True) if chosen]
-    bmesh.ops.delete(shape, geom=chosen, context="FACES")
-    shape.to_mesh(city.data)
-    shape.free()
-    city.data.update()
-    bpy.context.view_layer.update()
-    run("update")
-    assert_full_run(session_here())
-    rows = {row["name"]: row for row in json.loads(here()["citypv_compared"])["buildings"]}
-    assert (rows["house2"]["state"], rows["house2"]["after"]) == ("gone", 0)
-    assert rows["house2"]["before"] == pytest.approx(yielded["house2"], abs=0.06)
-
-
-def test_no_step_computes_on_another_ground_than_is_seen(traced):
-    ground = here()["citypv_ground"]
-    heights = [vertex.co.z for vertex in ground.data.vertices]
-    ground.data.vertices[0].co.z += 5
-    ground.data.update()
-    bpy.context.view_layer.update()
-    assert describe_edit(here())[0] == "its ground was edited"
-    assert note_of(here(), "full_load_hours").startswith("before the last edit")
-    for step in ("trace", "energy", "timeline", "plan_effects", "predict", "probe", "export"):
-        with pytest.raises(RuntimeError, match="its ground was edited; undo that, or classify again"):
-            getattr(bpy.ops.citypv, step)()
-    for vertex, height in zip(ground.data.vertices, heights, strict=True):
-        vertex.co.z = height
-    ground.data.update()
-    bpy.context.view_layer.update()
-    assert describe_edit(here()) == ("", "")
-    ground.location.z -= 1
-    bpy.context.view_layer.update()
-    assert describe_edit(here())[0] == "its ground was edited"
-    for item in (here(), ground):  # moved together they are the same
-        item.location = (100, 20, 7)
-    bpy.context.view_layer.update()
-    assert describe_edit(here()) == ("", "")
-    bpy.data.objects.remove(ground)
-    bpy.context.view_layer.update()
-    assert describe_edit(here())[0] == "its ground was edited"
-    run("classify", "trace", "energy")
-    assert describe_edit(here()) == ("", "") and tuple(here()["citypv_ground"].location) == (100, 20, 7)
-
-
-def test_no_step_computes_on_another_city_than_is_seen(traced, tmp_path):
-    """Without Live a moved tower waits for Update, which every step asks for; so does a modifier of the mesh."""
-    bpy.context.scene.citypv_seeing.live = False
-    add_tower()
-    run("add_to_city", "update")
-    bpy.data.objects["tower"].location.x += 30
-    bpy.context.view_layer.update()
-    for step in ("trace", "energy", "timeline", "plan_effects", "predict", "probe", "export"):
-        with pytest.raises(RuntimeError, match="objects of it were edited; press Update"):
-            getattr(bpy.ops.citypv, step)()
-    run("update")
-    assert bpy.ops.citypv.export(format="faces", filepath=str(tmp_path / "faces.csv")) == {"FINISHED"}
-    here().modifiers.new("Weld", "DECIMATE").ratio = 0.5
-    bpy.context.view_layer.update()
-    with pytest.raises(RuntimeError, match="its mesh was edited; press Update"):
-        bpy.ops.citypv.energy()
-    with pytest.raises(RuntimeError, match="its mesh has modifiers"):
-        bpy.ops.citypv.update()
-
-
-def test_a_building_of_its_own_stands_for_that_of_the_files_after_an_import(traced, city_file, tmp_path):
-    bpy.ops.citypv.edit_building(building="house1")
-    bpy.context.object.location.x += 3
-    bpy.context.view_layer.update()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
-    run("import_city", "classify", city_path=str(city_file))
-    assert describe_edit(here()) == ("", "")
-    assert session_here().scene.surfaces.building_id.count("house1") == 7
 
 
 def test_a_building_goes(traced):

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from steps import here, run
 
+from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
+from citypv.operators.result.compute_energy import rank_buildings
+from citypv.operators.result.probe_faces import describe_surfaces
 from citypv.operators.result.summarise import sum_totals, summarise_energy
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
@@ -71,6 +74,14 @@ def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, c
     summarise_energy(city, session.weather, energy, "", totals)
     mwh = totals["All"]["mwh_per_year"]
     assert city["citypv_totals"][-2:] == [f"P50 of 2 years|–|{mwh:,.0f}|–", f"P90 of 2 years|–|{0.9 * mwh:,.0f}|–"]
+    # And each building: in the list of the best, and where it is probed.
+    best = rank_buildings(session, session.weather, energy, build_system(session.request))
+    for _, _, year, half, nine in best:
+        assert (half, nine) == pytest.approx((year, 0.9 * year))
+    session.energy, (name, _, mwh, *_) = energy, best[0]
+    rows = np.flatnonzero(np.array(session.transfer.surfaces.building_id) == name)
+    told = dict(line.split("|") for line in describe_surfaces(session, rows))
+    assert (told["P50"], told["P90"]) == (f"{mwh:,.2f} MWh per year", f"{0.9 * mwh:,.2f} MWh per year")
 
 
 def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_file):
