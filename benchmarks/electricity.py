@@ -47,7 +47,7 @@ def cloudy_years(first, count):
     data["dni"] *= share
     data["dhi"] += 0.4 * (1 - share) * direct
     data["ghi"] = data["dhi"] + share * direct
-    day, hour = data.index.dayofyear.to_numpy(), data.index.hour.to_numpy()
+    day, hour = data.index.day_of_year.to_numpy(), data.index.hour.to_numpy()
     data["temp_air"] = 10 - 10 * np.cos(2 * np.pi * (day - 15) / 365) - 4 * np.cos(2 * np.pi * (hour - 3) / 24)
     data["wind_speed"] = rng.weibull(2, len(data)) * 4
     return replace(parts[0], data=data, label="dimmed clear sky")

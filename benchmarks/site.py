@@ -34,6 +34,7 @@ IDS = ("surface_id", "building_id")
 READY = "tiles.visibleTiles.size > 0"
 SETTLED = "tiles.stats.queued + tiles.stats.downloading + tiles.stats.parsing === 0"
 BYTES = "performance.getEntriesByType('resource').reduce((sum, one) => sum + one.transferSize, 0)"
+NAMES = "[...tiles.visibleTiles].map((tile) => tile.content.uri)"  # of tiles that are seen
 FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
@@ -129,6 +130,8 @@ def measure_page(web, picture):
         wait_for(page, f"rowOf(chosen.building).surfaces && {SETTLED}")
         found["at a building [s]"] = time.perf_counter() - started
         found["at a building, in addition [MB]"] = (page.run(BYTES) - before) / 1e6
+        seen = sum((web / "tiles" / name.rpartition("/")[2]).stat().st_size for name in page.run(NAMES))
+        found["at a building, tiles in view [MB]"] = seen / 1e6
         page.picture(f"{picture}_near.png")
         found["complaints"] = len(page.complaints)
     finally:

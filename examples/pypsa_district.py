@@ -16,7 +16,13 @@ import citypv
 
 BERLIN = Path(__file__).parent / "berlin"
 GRID_PRICE = 250.0  # [€/MWh]
-ANNUITY = {"facade": 140.0, "steep": 120.0, "roof": 100.0, "flat": 90.0}  # [€/kWp a] of a plant, all costs
+ANNUITY = {
+    "facade": 140.0,
+    "steep": 120.0,
+    "roof": 100.0,
+    "flat": 90.0,
+    "rack": 90.0,
+}  # [€/kWp a] of a plant, all costs
 
 
 def build_network(result):
@@ -34,6 +40,7 @@ def build_network(result):
     series = result.timeseries["capacity_factor"].to_pandas()  # (hours, groups)
     annual = result.groups[result.groups["period"] == "annual"]
     area_per_kwp = result.summary["totals"]["area_per_kwp"]
+    usable = result.summary["settings"]["usable"]  # shares of kinds that windows and edges leave
     network = pypsa.Network()
     network.set_snapshots(series.index)
     network.add("Bus", "district")
@@ -41,7 +48,8 @@ def build_network(result):
         name = f"{kind}_{orientation}"
         cost = ANNUITY.get(kind)
         if cost is not None and name in series:
-            limits = {"p_nom_extendable": True, "p_nom_max": area / area_per_kwp, "capital_cost": cost}
+            most = area * usable.get(kind, 1.0) / area_per_kwp
+            limits = {"p_nom_extendable": True, "p_nom_max": most, "capital_cost": cost}
             network.add("Generator", name, bus="district", p_max_pu=series[name], **limits)
     # A demand that is largest at noon and in the evening, 2,000 kW on average.
     hour = series.index.hour.to_numpy() + 0.5

@@ -71,7 +71,7 @@ def cut_days(year):
     data, hours = year.data, year.interval / HOUR
     middle = data.index + year.interval / 2
     sine = np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0.0)
-    minutes = 4 * year.longitude + pvlib.solarposition.equation_of_time_spencer71(middle.dayofyear)
+    minutes = 4 * year.longitude + pvlib.solarposition.equation_of_time_spencer71(middle.day_of_year)
     noon = (middle.hour * 60 + middle.minute + np.asarray(minutes)) % 1440 - 720
     columns = {
         "ghi": data["ghi"],

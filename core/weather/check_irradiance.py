@@ -51,7 +51,7 @@ def check_irradiance(year, source):
     cos_zenith = track.cos_zenith()
     half = interval / pd.Timedelta(minutes=2)
     highest = np.maximum(cos_zenith, np.maximum(track.cos_zenith(-half), track.cos_zenith(half)))
-    normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.dayofyear, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
+    normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day

@@ -79,7 +79,7 @@ def sun_track(times, latitude, longitude):
     SunTrack
     """
     times = times.tz_convert("UTC")
-    day = times.dayofyear.to_numpy()
+    day = times.day_of_year.to_numpy()
     declination = np.asarray(pvlib.solarposition.declination_spencer71(day))
     minutes = ((times - times.normalize()) / MINUTE).to_numpy()
     minutes = minutes + np.asarray(pvlib.solarposition.equation_of_time_spencer71(day))

@@ -126,7 +126,7 @@ def skips_leap_day(times, interval):
         Whether the step to the next time is such a gap, in any time zone.
     """
     middle = times[:-1] + interval + DAY / 2  # of the day that is left out, if it is
-    leap_day = middle.is_leap_year & np.isin(middle.dayofyear, (59, 60, 61))
+    leap_day = middle.is_leap_year & np.isin(middle.day_of_year, (59, 60, 61))
     return np.asarray((times[1:] - times[:-1] == DAY + interval) & leap_day)
 
 

@@ -241,7 +241,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
     clearness = np.empty_like(hours)
     np.put_along_axis(clearness, local, hours, axis=1)
     ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
-    day = np.broadcast_to(times.dayofyear.to_numpy(), ghi.shape)
+    day = np.broadcast_to(times.day_of_year.to_numpy(), ghi.shape)
     dni = np.nan_to_num(pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"])
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
     dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)

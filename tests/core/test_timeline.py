@@ -54,9 +54,9 @@ def test_the_average_days_are_those_of_the_monthly_mean_declination():
     times = month_hours(2021, 0.0)
     assert (len(times), times[0], times[-1]) == (288, pd.Timestamp("2021-01-17", tz="UTC"), times[264] + 23 * HOUR)
     every = pd.date_range("2021-01-01 12:00", "2021-12-31 12:00", tz="UTC")
-    declination = np.degrees(pvlib.solarposition.declination_spencer71(every.dayofyear.to_numpy()))
+    declination = np.degrees(pvlib.solarposition.declination_spencer71(every.day_of_year.to_numpy()))
     mean = pd.Series(declination, every).groupby(every.month).mean().to_numpy()
-    own = np.degrees(pvlib.solarposition.declination_spencer71(times[::24].dayofyear.to_numpy()))
+    own = np.degrees(pvlib.solarposition.declination_spencer71(times[::24].day_of_year.to_numpy()))
     np.testing.assert_allclose(own, mean, atol=1.0)
 
 
