@@ -129,7 +129,7 @@ def light_of_first_days(context, traced, task):
 
     def report(share, rays):
         task.progress.rays = task.progress.rays_before + rays
-        context.progress(COUNTING, min(block.start + share * (block.stop - block.start), last), last, "suns")
+        context.progress(COUNTING, block.start + share * (min(block.stop, last) - block.start), last, "suns")
 
     for block in task.blocks:
         if block.start < last:

@@ -196,7 +196,7 @@ def shapes_of(results):
 def yields_of(results):
     """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors: pandas.DataFrame."""
     faces, summary = results.faces, results.summary
-    counted = faces["area" if summary["settings"].get("hidden_walls") == "count" else "open_area"]
+    counted = faces["area" if summary["settings"]["hidden_walls"] == "count" else "open_area"]
     with np.errstate(divide="ignore", invalid="ignore"):
         # Hours are means over the whole polygon; modules lie on the part that counts.
         power = faces["module_area"] / summary["totals"]["area_per_kwp"] * faces["area"] / counted / 1000

@@ -97,49 +97,47 @@ def describe_assumptions(summary):
     summary : dict
         summary.json.
     """
-    weather, settings = summary["weather"], summary["settings"]
-    light = {**settings, **((summary.get("traced") or {}).get("request") or {})}
+    weather, settings, traced = summary["weather"], summary["settings"], summary.get("traced") or {}
+    light = settings | (traced.get("request") or {})
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
-    losses, inverter = settings.get("losses") or 0, settings.get("inverter")
-    behind = f"{losses:g} % of the DC energy, " + (f"inverter {inverter}" if inverter else "no inverter")
-    way, _, number = str(summary["suns"].get("way", "")).partition(":")
+    inverter = settings["inverter"]
+    behind = f"{settings['losses']:g} % of the DC energy, " + (f"inverter {inverter}" if inverter else "no inverter")
+    way, _, number = summary["suns"]["way"].partition(":")
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
         ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
-        ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
+        ("Mounting", MOUNTINGS[settings["mounting"]]),
         ("Losses and inverter", behind if has_losses(summary) else NO_LOSSES),
-        ("Method", METHODS[settings.get("method") == "paper"]),
-        ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
-        ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
-        ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
+        ("Method", METHODS[settings["method"] == "paper"]),
+        ("Sky", SKIES[summary["sky"]]),
+        ("Sun positions", f"{WAYS[way].format(number)}: {summary['suns']['count']:,} positions"),
+        ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
-        ("Azimuths that count", SECTORS[settings.get("sectors", "paper")]),
-        ("Walls that a neighbour covers", HIDDEN.get(settings.get("hidden_walls"), "left out")),
+        ("Azimuths that count", SECTORS[settings["sectors"]]),
+        ("Walls that a neighbour covers", HIDDEN.get(settings["hidden_walls"], "left out")),
     ]
-    usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
+    usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
-    trees = any(one["key"] == "trees" and one["on"] for one in (summary.get("traced") or {}).get("effects") or [])
+    trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
     plants, dirt = "light that leaves scatter" if trees else "trees", "" if has_losses(summary) else " and dirt"
     return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
 
 
 def has_losses(summary):
-    """Whether hours and energy are AC after losses; up to version 0.2 they were DC, whatever was set."""
-    settings = summary["settings"]
-    return "mwh_dc_per_year" in summary["totals"] and bool(settings.get("losses") or settings.get("inverter"))
+    """Whether hours and energy are AC after losses, or DC."""
+    return bool(summary["settings"]["losses"] or summary["settings"]["inverter"])
 
 
 def describe_windows(summary):
     """Whether windows count, and what it would make of the whole if a share of the facades were left."""
-    totals, usable = summary["totals"], (summary["settings"].get("usable") or {}).get("facade")
-    facade = (totals.get("kinds") or {}).get("facade")
+    whole, usable = summary["totals"], summary["settings"]["usable"].get("facade")
+    facade, lost = whole["kinds"].get("facade"), 1 - USABLE
     if usable is not None:
         return f"Of the facades {100 * usable:g} % counts, without windows and edges."
     if not facade:
         return ""
-    whole, lost = totals, 1 - USABLE
     return (
         f"Windows count as area of facades: with --usable facade={USABLE:g} facades would have "
         f"{USABLE * facade['kwp']:,.0f} kWp and {USABLE * facade['mwh_per_year']:,.0f} MWh a year, and all together "
@@ -150,20 +148,20 @@ def describe_windows(summary):
 
 def describe_left_out(summary):
     """What carries no modules, where it is more than 1 % of walls and roofs; and buildings without a shape: list."""
-    found, report = summary["totals"].get("without_modules") or {}, summary["input"].get("report") or {}
-    parts = {reason: one for reason, one in found.items() if reason != GROUND}
-    whole = summary["totals"]["eligible_area"] + sum(one["area"] for one in parts.values())
+    totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
+    parts = {reason: one for reason, one in totals["without_modules"].items() if reason != GROUND}
+    whole = totals["eligible_area"] + sum(one["area"] for one in parts.values())
     told = [
         f"{reason} {one['area']:,.0f} m² ({percent(100 * one['area'] / whole)})"
         for reason, one in parts.items()
         if one["area"] > WORTH_NAMING * whole
     ]
-    dark = summary["totals"].get("dark") or {"count": 0, "area": 0.0}
-    missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
-    lines = [f"Walls and roofs without modules: {'; '.join(told)}."] if told else []
-    if dark["count"]:
+    if told:
+        lines.append(f"Walls and roofs without modules: {'; '.join(told)}.")
+    if (dark := totals["dark"])["count"]:
         number = count_of(dark["count"], "surface")
         lines.append(f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² ({number}).")
+    missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
     if missing:
         lines.append(
             "Buildings without a shape in the files, which cast no shadow and have no results: "
@@ -251,20 +249,17 @@ def percent(value, sign=""):
 def summarise_errors(budget):
     """The error budget in one sentence.
 
-    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do, but in
-    files that do not tell it by groups: there it is √(median² + rms of the suns²).
+    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do.
     """
-    suns = budget.get("sun_sampling") or {}
-    whole = combine(budget.get("sampling_total"), suns.get("bias"))
-    single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
-    if whole is None or single is None:
+    shift, typical = (budget.get("sun_sampling") or {}).get("bias"), budget.get("sampling_median")
+    if None in (shift, typical, budget.get("sampling_total")):
         return "This run does not tell all errors of ray tracing and of the choice of sun positions."
     bounces = budget.get("bounces")
     rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
     return (
         "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
-        f"± {percent(whole)} and the hours of a single surface typically to ± {percent(single)} (one standard error)"
-        f"{rest}."
+        f"± {percent(math.hypot(budget['sampling_total'], shift))} and the hours of a single surface typically to "
+        f"± {percent(typical)} (one standard error){rest}."
     )
 
 
@@ -283,8 +278,3 @@ def describe_poor_years(summary):
         f"Of the {years} years of the weather, half exceed {totals['p50_mwh_per_year']:,.0f} MWh (P50) and nine of ten "
         f"{totals['p90_mwh_per_year']:,.0f} MWh (P90{few})."
     )
-
-
-def combine(*parts):
-    """Root of the sum of squares; None where a part is unknown."""
-    return None if any(part is None for part in parts) else math.hypot(*parts)

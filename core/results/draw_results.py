@@ -10,7 +10,6 @@ from .draw_sun_path import draw_sun_path
 from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarithmic, plain_style
 from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
 
-SOLAR, UNIVERSAL = "Hour of the day, local solar time", "Hour of the day, UTC"
 ABREAST = 3  # panels side by side
 BAR, LINE = "#5b7fa6", "#222222"
 FAMILIES = {  # beginning of the name -> label, colour, mark
@@ -72,9 +71,7 @@ def draw_months(groups):
 
 
 def draw_day(groups):
-    """Draw the full load hours of each group by hour of the day, a panel for each kind.
-
-    Hours are those of local solar time; in files without them those of UTC.
+    """Draw the full load hours of each group by hour of the day in local solar time, a panel for each kind.
 
     Parameters
     ----------
@@ -85,10 +82,9 @@ def draw_day(groups):
     -------
     matplotlib.figure.Figure
     """
-    solar = tabulate_periods(groups, "solar_hour")
-    figure, panels = draw_lines(solar or tabulate_periods(groups, "hour"), 0.5, lambda side, hours: side)
+    figure, panels = draw_lines(tabulate_periods(groups, "solar_hour"), 0.5, lambda side, hours: side)
     for axes in panels:
-        axes.set_xlabel(SOLAR if solar else UNIVERSAL)
+        axes.set_xlabel("Hour of the day, local solar time")
         axes.set_xticks(np.arange(0, 25, 3))
         axes.set_xlim(0, 24)
     for axes in panels[::ABREAST]:

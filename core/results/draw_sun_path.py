@@ -57,8 +57,8 @@ def place_sun(times, interval, latitude, longitude):
     return position["solar_azimuth"].to_numpy(), np.where(elevation > 0, elevation, np.nan)
 
 
-def draw_sun_path(times, interval, latitude, longitude, suns=None):
-    """Draw the sun's elevation against its azimuth, with the suns that were traced where they are known.
+def draw_sun_path(times, interval, latitude, longitude, suns):
+    """Draw the sun's elevation against its azimuth, with the suns that were traced.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns=None):
         Start of the weather's intervals, UTC.
     interval : pandas.Timedelta
     latitude, longitude : float [°]
-    suns : (s, 3) array, optional
+    suns : (s, 3) array
         Unit vectors towards the traced suns.
 
     Returns
@@ -89,11 +89,10 @@ def draw_sun_path(times, interval, latitude, longitude, suns=None):
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
         x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
-    if suns is not None:
-        east, north, up = np.asarray(suns, float).T
-        azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
-        x = (azimuth - low) % 360 + low
-        axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
+    east, north, up = np.asarray(suns, float).T
+    azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
+    x = (azimuth - low) % 360 + low
+    axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
     ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
     axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
     axes.set_xlim(low, low + 360)

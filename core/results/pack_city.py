@@ -17,7 +17,7 @@ from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
-from .read_results import MONTHS, in_order, kind_title, select_mounted, tabulate_periods
+from .read_results import MONTHS, in_order, kind_title, select_mounted
 
 COLOUR_MAP = "viridis"
 GROUND_STEPS = 40  # of the ground's heights along each side
@@ -25,7 +25,6 @@ MARGIN = 0.04  # of the city's size, by which the ground is larger
 BELOW = 0.2  # [m] of the ground below the feet of buildings
 FOOT = 1.0  # [m] above the lowest corner of a building that its feet may lie
 NEAREST = 12  # feet that a height of the ground follows, the nearer the more
-MONTHLY = [f"full_load_hours_{number:02d}" for number in range(1, 13)]
 SINGLE = {
     "facade": "Facade",
     "roof": "Pitched roof",
@@ -89,7 +88,6 @@ def pack_city(results, change=None):
     header = {
         "buildings": buildings.tolist(),
         "surfaces": faces["surface_id"].tolist(),
-        "groups": {} if "month_01" in values else tabulate_months(results.groups),
         **describe_view(kinds, sides, list_layers(values, mounted)),
         "arrays": [entry for entry, _ in packed],
     }
@@ -124,13 +122,7 @@ def measure_faces(results, mounted):
     """Numbers of each surface, (n,) float: of those that carry modules hours of the area that counts."""
     faces, settings = results.faces, results.summary["settings"]
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
-    count_all = settings.get("hidden_walls") == "count" or "open_area" not in faces
-    counted = area if count_all else faces["open_area"].to_numpy(float)
-    if "module_area" in faces:
-        module_area = faces["module_area"].to_numpy(float)
-    else:  # of an earlier version
-        usable = settings.get("usable") or {}
-        module_area = counted * np.array([usable.get(kind, 1.0) for kind in faces["kind"]])
+    counted = area if settings["hidden_walls"] == "count" else faces["open_area"].to_numpy(float)
     carries = np.zeros(len(faces), bool)
     carries[mounted.index] = True
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
@@ -138,20 +130,15 @@ def measure_faces(results, mounted):
     values = {
         "area": area,
         "counted": np.where(carries, counted, 0.0),
-        "kwp": np.where(carries, module_area, 0.0) / results.summary["totals"]["area_per_kwp"],
+        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0) / results.summary["totals"]["area_per_kwp"],
         "tilt": faces["surface_tilt"].to_numpy(float),
         "azimuth": faces["surface_azimuth"].to_numpy(float),
         "sky": faces["sky_view_factor"].to_numpy(float),
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }
-    months = results.months
-    if months is None and set(MONTHLY) <= set(faces):  # of an earlier version, with --monthly
-        months = faces[MONTHLY].to_numpy(float)
-    if months is not None:
-        own = np.where(carries, months.T * spread, np.nan)
-        values |= {f"month_{number:02d}": hours for number, hours in enumerate(own, 1)}
-    return values
+    own = np.where(carries, results.months.T * spread, np.nan)
+    return values | {f"month_{number:02d}": hours for number, hours in enumerate(own, 1)}
 
 
 def explain_faces(faces, mounted):
@@ -163,7 +150,7 @@ def explain_faces(faces, mounted):
         "racked": (kind == "flat") & find_racked_roofs(faces["surface_id"].tolist(), kind),
         "small": area < SMALLEST_ELIGIBLE_AREA,
         "covered": covered > MOST_COVERED,
-        "cramped": faces.get("open_area", area) < (1 - MOST_COVERED) * area,
+        "cramped": faces["open_area"] < (1 - MOST_COVERED) * area,
         "steep": kind == "steep",
         "turned": kind.isin(("facade", "roof")) & (faces["orientation"] == "none"),
         "unknown": faces["full_load_hours"].isna(),
@@ -193,10 +180,8 @@ def list_layers(values, mounted):
         "sky": titles["sky_view_factor"],
     }
     words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
-    shared = {}
-    if months:
-        every = np.concatenate([values[name][rows] for name in months])
-        shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
+    every = np.concatenate([values[name][rows] for name in months])
+    shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
     if "change" in values:
         words = {"change": ("Change of the full load hours", "h per year")} | words
         known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]
@@ -214,13 +199,6 @@ def list_layers(values, mounted):
         }
         for name, (title, unit) in words.items()
     ]
-
-
-def tabulate_months(groups):
-    """Full load hours of the months of each group, where the surfaces have none of their own: dict."""
-    tables = tabulate_periods(groups, "month")
-    columns = [(f"{kind} {side}", hours) for kind, table in tables.items() for side, hours in table.items()]
-    return {name: hours.tolist() for name, hours in columns if len(hours) == 12 and hours.notna().all()}
 
 
 def pack_shapes(outlines, building):
@@ -250,13 +228,23 @@ def lay_plate(points, corner_building):
     dict
         plate_bounds (4,): x and y, each from and to [m]; plate (GROUND_STEPS ** 2,) [m], rows from south to north.
     """
-    lowest = np.full(corner_building.max() + 1, np.inf)
-    np.minimum.at(lowest, corner_building, points[:, 2])
-    feet = points[points[:, 2] < lowest[corner_building] + FOOT].astype(float)
+    feet = find_feet(points, corner_building).astype(float)
     low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
     margin = MARGIN * max(high - low)
     x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
     nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    distance, near = cKDTree(feet[:, :2]).query(nodes, k=np.arange(1, min(NEAREST, len(feet)) + 1))
-    height = np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)
-    return {"plate_bounds": np.array([x[0], x[-1], y[0], y[-1]]), "plate": height - BELOW}
+    return {"plate_bounds": np.array([x[0], x[-1], y[0], y[-1]]), "plate": heights_at(nodes, feet) - BELOW}
+
+
+def find_feet(corners, building):
+    """Corners within a metre of the lowest of their building, (k, 3) [m]."""
+    _, building = np.unique(building, return_inverse=True)
+    lowest = np.full(building.max() + 1, np.inf)
+    np.minimum.at(lowest, building, corners[:, 2])
+    return corners[corners[:, 2] < lowest[building] + FOOT]
+
+
+def heights_at(places, feet):
+    """Height [m] of the ground at places, (n, 2), from the nearest feet."""
+    distance, near = cKDTree(feet[:, :2]).query(places, k=np.arange(1, min(NEAREST, len(feet)) + 1))
+    return np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)

@@ -7,7 +7,6 @@ first folder, at height zero. Heights of the files are taken as heights above th
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-import h5netcdf
 import numpy as np
 import pandas as pd
 import pyproj
@@ -18,12 +17,11 @@ from ..city.scene import Site
 from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, read_summary
-from .surfaces_file import CURE, FORMAT, MONTHLY, NAME, read_texts
+from .surfaces_file import AGAIN, CURE, MONTHLY, NAME, check_names, open_surfaces
 from .transfer_file import OUTLINES
 
 ROWS = 20_000  # of faces.csv at a time
 GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
-SHAPES = "compute the folder again, by citypv simulate or citypv yield"
 
 
 @dataclass
@@ -86,31 +84,21 @@ def read_pieces(folder, frame):
     InputError
         A file is missing, cannot be read, or belongs to another run than the others.
     """
-    for name in ("faces.csv", NAME):
-        if not (folder / name).is_file():
-            raise InputError(folder / name, "there is no such file", SHAPES if name == NAME else CURE)
+    if not (folder / "faces.csv").is_file():
+        raise InputError(folder / "faces.csv", "there is no such file", CURE)
     site = read_summary(folder / "summary.json")["input"]["site"]
     to_frame = bring_to_frame(Site(**site | {"origin": tuple(site["origin"])}), frame)
-    first, path = 0, folder / NAME
-    with opened(path) as file, read_rows(folder / "faces.csv") as tables:
+    first = 0
+    with open_surfaces(folder) as file, read_rows(folder / "faces.csv") as tables:
+        if not set(OUTLINES) <= set(file.variables):
+            raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
         for table in tables:
             faces = check_columns(folder / "faces.csv", table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
-            yield read_shapes(path, file, faces, first, to_frame)
+            check_names(folder, file["surface_id"][first : first + len(faces)], faces["surface_id"].tolist())
+            yield read_shapes(file, faces, first, to_frame)
             first += len(faces)
         if first != file["surface_id"].shape[0]:
-            raise InputError(path, "does not belong to the faces.csv beside it", CURE)
-
-
-@contextmanager
-def opened(path):
-    """A surfaces.nc that is open; whatever cannot be read from it is the file's fault."""
-    try:
-        with h5netcdf.File(path) as file:
-            if file.attrs.get("title") != FORMAT or not {*OUTLINES, MONTHLY} <= set(file.variables):
-                raise InputError(path, "has no shapes or no months of the surfaces", SHAPES)
-            yield file
-    except (OSError, KeyError, IndexError) as error:
-        raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
+            raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
 
 
 @contextmanager
@@ -123,11 +111,9 @@ def read_rows(path):
         raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
 
 
-def read_shapes(path, file, faces, first, to_frame):
+def read_shapes(file, faces, first, to_frame):
     """Piece of some rows of faces.csv, of which the first is number `first`."""
     rows = slice(first, first + len(faces))
-    if read_texts(file["surface_id"][rows]) != faces["surface_id"].tolist():
-        raise InputError(path, "does not belong to the faces.csv beside it", CURE)
     start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
     rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
     points = to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float))

@@ -21,16 +21,17 @@ from .write_tables import WHOLE
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = ("area", "surface_azimuth", "covered_share", "full_load_hours", "full_load_hours_standard_error")
+FACE_NUMBERS = ("area", "open_area", "module_area", "surface_tilt", "surface_azimuth", "covered_share")
+FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
-GROUP_NUMBERS = ("index", "full_load_hours", "count", "area")
+GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
 SECTIONS = {  # of summary.json, and what must stand in each
     "input": ("site",),
     "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
     "settings": ("module",),
     "suns": ("way", "count"),
     "error_budget": (),
-    "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp"),
+    "totals": ("eligible_area", "kwp", "mwh_per_year", "mwh_dc_per_year", "area_per_kwp", "kinds", "without_modules"),
 }
 PLACE = ("latitude", "longitude")
 TOLERANCE = 0.01  # by which hours in two files of one run may differ: both are rounded
@@ -57,9 +58,9 @@ class Results:
     summary: dict  # summary.json
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
-    suns: np.ndarray | None  # (s, 3) unit vectors towards the suns that were traced; None where no file has them
-    outlines: Outlines | None  # None where no file has them
-    months: np.ndarray | None  # (n, 12) [h] full load hours of each surface by month; None where no file has them
+    suns: np.ndarray  # (s, 3) unit vectors towards the suns that were traced
+    outlines: Outlines | None  # None where the light is that of a file without them
+    months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
 
 
 def read_results(folder):
@@ -248,8 +249,7 @@ def tabulate_groups(groups):
     pandas.DataFrame
         kind, orientation, count, area [m²], full_load_hours [h], error [h] (NaN: unknown).
     """
-    table = groups[groups["period"] == "annual"].copy()
-    table["error"] = table.get("full_load_hours_standard_error", np.nan)
+    table = groups[groups["period"] == "annual"].rename(columns={"full_load_hours_standard_error": "error"})
     return table[["kind", "orientation", "count", "area", "full_load_hours", "error"]].reset_index(drop=True)
 
 
@@ -267,16 +267,13 @@ def select_mounted(faces):
         The rows keep the index of `faces`.
     """
     flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST_ELIGIBLE_AREA)
-    flat &= (faces["covered_share"] <= MOST_COVERED) & (
-        faces.get("open_area", faces["area"]) >= (1 - MOST_COVERED) * faces["area"]
-    )
+    flat &= (faces["covered_share"] <= MOST_COVERED) & (faces["open_area"] >= (1 - MOST_COVERED) * faces["area"])
     flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
-    chosen = faces[((faces["eligible"] == "true") | flat) & faces["full_load_hours"].notna()]
-    open_area = chosen["open_area"] if "open_area" in chosen else chosen["area"]
-    chosen, open_area = chosen[open_area > 0], open_area[open_area > 0]
+    known = faces["full_load_hours"].notna() & (faces["open_area"] > 0)
+    chosen = faces[((faces["eligible"] == "true") | flat) & known]
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
-    hours = chosen["full_load_hours"] * chosen["area"] / open_area
-    return pd.DataFrame({"kind": chosen["kind"], "area": open_area, "full_load_hours": hours})
+    hours = chosen["full_load_hours"] * chosen["area"] / chosen["open_area"]
+    return pd.DataFrame({"kind": chosen["kind"], "area": chosen["open_area"], "full_load_hours": hours})
 
 
 def tabulate_histograms(mounted):

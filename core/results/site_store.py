@@ -17,7 +17,7 @@ MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 
 
 class Store:
-    """Surfaces by square, buildings, and tiles, in a file of their own."""
+    """Surfaces by square, and buildings, in a file of their own."""
 
     def __init__(self, path):
         self.base = sqlite3.connect(path, isolation_level=None)
@@ -25,8 +25,7 @@ class Store:
             """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
             CREATE TABLE building (number INTEGER PRIMARY KEY, name TEXT UNIQUE, folder INTEGER, x INTEGER, y INTEGER,
                 sorted BLOB, energy REAL, row TEXT);
-            CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB);
-            CREATE TABLE node (level INTEGER, x INTEGER, y INTEGER, data BLOB);"""
+            CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB);"""
         )
 
     def close(self):
@@ -66,11 +65,9 @@ class Store:
         return piece
 
     def squares(self):
-        """Lowest square of all, and how far each is from it: (x, y), list of (x, y)."""
+        """Squares that hold any surfaces: list of (x, y)."""
         self.base.execute("CREATE INDEX squares ON piece (x, y)")
-        low = self.base.execute("SELECT min(x), min(y) FROM piece").fetchone()
-        away = "SELECT DISTINCT x - ?, y - ? FROM piece ORDER BY x, y"
-        return low, self.base.execute(away, low).fetchall()
+        return self.base.execute("SELECT DISTINCT x, y FROM piece").fetchall()
 
     def pieces(self, square):
         """Pieces of a square: list of Piece."""
@@ -93,20 +90,6 @@ class Store:
         """Rows of the index as JSON, in the order of a column: yields str."""
         found = self.base.execute(f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,))
         return (row for (row,) in found)
-
-    def add_node(self, level, x, y, node):
-        """Keep a tile."""
-        data = zlib.compress(pickle.dumps(node), 1)
-        self.base.execute("INSERT INTO node VALUES (?, ?, ?, ?)", (level, x, y, data))
-
-    def nodes(self, level):
-        """Tiles of a level with those beside them that one above will have: yields (x, y), list of ((x, y), Node)."""
-        above = "SELECT DISTINCT x >> 1, y >> 1 FROM node WHERE level = ? ORDER BY 1, 2"
-        self.base.execute("CREATE INDEX IF NOT EXISTS places ON node (level, x, y)")
-        for x, y in self.base.execute(above, (level,)).fetchall():
-            inside = "SELECT x, y, data FROM node WHERE level = ? AND x IN (?, ?) AND y IN (?, ?) ORDER BY x, y"
-            found = self.base.execute(inside, (level, 2 * x, 2 * x + 1, 2 * y, 2 * y + 1)).fetchall()
-            yield (x, y), [((a, b), pickle.loads(zlib.decompress(data))) for a, b, data in found]
 
 
 class Sample:

@@ -1,7 +1,6 @@
-"""surfaces.nc: shapes of the surfaces and their full load hours by month, for pictures; without the traced matrices.
+"""surfaces.nc: shapes of the surfaces and their full load hours by month, for pictures; without the traced matrices."""
 
-Folders of version 0.2.0 lack it. Their shapes are read from transfer.nc, which names them alike.
-"""
+from contextlib import contextmanager
 
 import h5netcdf
 import numpy as np
@@ -9,13 +8,13 @@ import numpy as np
 from ..city.grid_cells import Outlines
 from ..settings.errors import InputError
 from .netcdf_file import netcdf_file, write_variables
-from .transfer_file import FORMAT as TRANSFER
 from .transfer_file import OUTLINES
 
-NAME, BEFORE = "surfaces.nc", "transfer.nc"
+NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
 MONTHLY = "full_load_hours_by_month"
 CURE = "give a folder that citypv simulate or citypv yield has written"
+AGAIN = "compute the folder again, by citypv simulate or citypv yield"
 PACKED = {"compression": "gzip", "shuffle": True}
 
 
@@ -44,8 +43,29 @@ def write_surfaces(path, transfer, energy):
         write_variables(file, found)
 
 
+@contextmanager
+def open_surfaces(folder):
+    """The surfaces.nc of a folder, open; whatever cannot be read from it is the file's fault.
+
+    Raises
+    ------
+    InputError
+        There is none, or it cannot be read.
+    """
+    path = folder / NAME
+    if not path.is_file():
+        raise InputError(path, "there is no such file", AGAIN)
+    try:
+        with h5netcdf.File(path) as file:
+            if file.attrs.get("title") != FORMAT:
+                raise InputError(path, "is no file of CityPV's surfaces", CURE)
+            yield file
+    except (OSError, KeyError, IndexError) as error:
+        raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
+
+
 def read_surfaces(folder, surface_id):
-    """Directions of the traced suns, and outlines and hours by month of the surfaces, as far as they are there.
+    """Directions of the traced suns, and outlines and hours by month of the surfaces.
 
     Parameters
     ----------
@@ -55,33 +75,28 @@ def read_surfaces(folder, surface_id):
 
     Returns
     -------
-    suns : (s, 3) numpy.ndarray or None
+    suns : (s, 3) numpy.ndarray
     outlines : Outlines or None
-    months : (n, 12) numpy.ndarray or None [h]
+        None where the light is that of a file without them.
+    months : (n, 12) numpy.ndarray [h]
 
     Raises
     ------
     InputError
-        A file cannot be read, or belongs to another run.
+        The file cannot be read, or belongs to another run.
     """
-    path = next((folder / name for name in (NAME, BEFORE) if (folder / name).exists()), None)
-    if path is None:
-        return None, None, None
-    try:
-        with h5netcdf.File(path) as file:
-            if file.attrs.get("title") not in (FORMAT, TRANSFER):
-                raise InputError(path, "is no file of CityPV's surfaces", CURE)
-            suns, names = np.asarray(file["direction"][:], float), read_texts(file["surface_id"])
-            known = set(OUTLINES) <= set(file.variables)
-            outlines = Outlines(*(np.asarray(file[name][:]) for name in OUTLINES)) if known else None
-            months = np.asarray(file[MONTHLY][:], float) if MONTHLY in file.variables else None
-    except (OSError, KeyError, IndexError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
-    if names != surface_id or (outlines is not None and len(outlines.surface_start) != len(names) + 1):
-        raise InputError(path, "does not belong to the faces.csv beside it", CURE)
+    with open_surfaces(folder) as file:
+        known = set(OUTLINES) <= set(file.variables)
+        outlines = Outlines(*(np.asarray(file[name][:]) for name in OUTLINES)) if known else None
+        suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
+        check_names(folder, file["surface_id"][:], surface_id)
     return suns, outlines, months
+
+
+def check_names(folder, found, surface_id):
+    """Refuse surfaces that are not those of faces.csv."""
+    if read_texts(found) != surface_id:
+        raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
 
 
 def read_texts(variable):

@@ -10,9 +10,8 @@ import json
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from .pack_city import BELOW, FOOT, NEAREST
+from .pack_city import BELOW, find_feet, heights_at
 from .write_tile import Shapes, compose_tile
 
 SIDE = 256.0  # [m] of a square
@@ -116,14 +115,6 @@ def take(values, rows):
     return [values[row] for row in rows] if isinstance(values, list) else values[rows]
 
 
-def find_feet(corners, building):
-    """Corners within a metre of the lowest of their building, (k, 3) [m]."""
-    _, building = np.unique(building, return_inverse=True)
-    lowest = np.full(building.max() + 1, np.inf)
-    np.minimum.at(lowest, building, corners[:, 2])
-    return corners[corners[:, 2] < lowest[building] + FOOT]
-
-
 def lay_ground(low, side, feet):
     """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes of one feature."""
     steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
@@ -133,12 +124,6 @@ def lay_ground(low, side, feet):
     triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     height = heights_at(nodes, feet) - BELOW
     return Shapes(np.column_stack([nodes, height]), np.zeros(NODES**2, int), triangles)
-
-
-def heights_at(places, feet):
-    """Height [m] of the ground at places, (n, 2), from the nearest feet."""
-    distance, near = cKDTree(feet[:, :2]).query(places, k=np.arange(1, min(NEAREST, len(feet)) + 1))
-    return np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)
 
 
 def sum_pixels(low, shapes, roofs, columns, feet):

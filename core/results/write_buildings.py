@@ -11,7 +11,6 @@ from ..energy.standard_errors import errors_of_sums
 from .columns import name_months
 
 PARTS = {"facade": ("facade",), "roof": ("roof", "steep"), "flat_roof": ("flat", "rack")}  # -> kinds
-DIGITS = {"easting": 10, "northing": 10}  # of numbers as text; six of the others
 
 
 def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
@@ -29,9 +28,9 @@ def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
         Whether to add columns with the full load hours of each month.
     """
     table = sum_buildings(transfer, energy, system, weather, monthly=monthly)
-    for name in table.select_dtypes("float"):
-        table[name] = [f"{value:.{DIGITS.get(name, 6)}g}" if np.isfinite(value) else "" for value in table[name]]
-    table.to_csv(path, index=False, lineterminator="\n")
+    for name in ("easting", "northing"):
+        table[name] = [f"{value:.10g}" if np.isfinite(value) else "" for value in table[name]]
+    table.to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
 def sum_buildings(transfer, energy, system, weather, *, monthly=False):

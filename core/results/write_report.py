@@ -42,10 +42,7 @@ NO_PICTURES = (
     "This page has no pictures, as matplotlib is not installed where it was written. After pip install matplotlib, "
     "citypv plot of the command line draws them."
 )
-NO_PLAN = (
-    "There is no plan of the city here: this folder has no shapes of the surfaces. Results of citypv simulate have "
-    "them in surfaces.nc, those of earlier versions in transfer.nc."
-)
+NO_PLAN = "There is no plan of the city here: the light is that of a transfer.nc without shapes of the surfaces."
 CAPTIONS = {
     "plan-roof": "Roofs from above: full load hours of pitched, steep and flat roofs, and of racks. Grey: roofs that "
     "carry no modules. Yellow is high, dark blue is low; the two plans have different scales. North is up.",
@@ -61,7 +58,6 @@ CAPTIONS = {
     "most.",
 }
 PAPERS_WHOLE = "Facades and roofs of 15° to 60° within 30° of a main direction"
-NO_SUNS = " The traced suns are listed in surfaces.nc, which is missing."
 SECTIONS = {
     "Plan of the city": ("plan-roof", "plan-facade"),
     "Over the year and the day": ("months", "day", "sun-path"),
@@ -141,13 +137,12 @@ def hash_source(text):
 
 def compose_body(results, city):
     """All sections of the page; the city in 3D goes before the numbers."""
-    summary, budget = results.summary, results.summary["error_budget"]
+    summary = results.summary
     pictures = paragraph(NO_PICTURES, "small")
     if importlib.util.find_spec("matplotlib") is not None:
         from .draw_results import draw_report
 
         pictures = "\n".join(compose_pictures(results, draw_report(results)))
-    parts = ("Part", "Percent of the full load hours")
     return "\n".join(
         [
             *(paragraph(text, "warning") for text in list_warnings(summary)),
@@ -155,12 +150,7 @@ def compose_body(results, city):
             compose_totals(summary),
             compose_groups(results),
             pictures,
-            section(
-                "How sure the numbers are",
-                paragraph(f"{summarise_errors(budget)} {describe_weather_error(summary)}"),
-                table(parts, list_errors(budget), numbers=(1,)),
-                paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
-            ),
+            compose_errors(summary),
             section("What was read", table((), describe_input(summary))),
             section(
                 "What was assumed",
@@ -169,6 +159,17 @@ def compose_body(results, city):
             ),
             paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
         ]
+    )
+
+
+def compose_errors(summary):
+    """How far the numbers hold, for the report and the solar map."""
+    budget = summary["error_budget"]
+    return section(
+        "How sure the numbers are",
+        paragraph(f"{summarise_errors(budget)} {describe_weather_error(summary)}"),
+        table(("Part", "Percent of the full load hours"), list_errors(budget), numbers=(1,)),
+        paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
     )
 
 
@@ -181,9 +182,8 @@ def compose_pictures(results, drawn):
     drawn : dict of str to str
         Of `draw_results.draw_report`.
     """
-    captions = CAPTIONS if results.suns is not None else CAPTIONS | {"sun-path": CAPTIONS["sun-path"] + NO_SUNS}
     for title, names in SECTIONS.items():
-        parts = [picture(drawn[name], name, captions[name]) for name in names if name in drawn]
+        parts = [picture(drawn[name], name, CAPTIONS[name]) for name in names if name in drawn]
         if title == "Plan of the city" and not parts:
             parts = [paragraph(NO_PLAN if results.outlines is None else "No surface carries modules.")]
         if parts:
@@ -198,8 +198,7 @@ def list_warnings(summary):
         warnings.append(f"The weather has no clouds ({label}): the hours are an upper bound, not an expectation.")
     if "climatology" in label:
         warnings.append("The weather is a climatology, not a measurement: for a design use measured or satellite data.")
-    stopped = (summary.get("traced") or {}).get("interrupted")
-    if stopped:
+    if stopped := (summary.get("traced") or {}).get("interrupted"):
         warnings.append(
             "The run was interrupted: {suns_traced:,} of {of:,} sun positions were traced.".format(**stopped)
         )
@@ -208,15 +207,12 @@ def list_warnings(summary):
 
 def compose_totals(summary):
     """What all suitable surfaces together would give, what windows take, and what carries no modules."""
-    totals = summary["totals"]
-    kinds = totals.get("kinds", {"flat": totals.get("flat_roofs") or {}})  # without kinds: of 0.2.0
-    some = summary["settings"].get("sectors", PAPER) == PAPER
+    totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
     names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
     rows = [(PAPERS_WHOLE if some else "All", *row_of_potential(totals, names))]
     rows += [
         (kind_title(kind) + (", beside these" if some and kind == "flat" else ""), *row_of_potential(one, names))
-        for kind, one in kinds.items()
-        if one.get("count")
+        for kind, one in totals["kinds"].items()
     ]
     head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
     head += ["Before losses, DC [MWh]"] if has_losses(summary) else []

@@ -21,15 +21,7 @@ from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
 from ..settings.version import __version__
 from .compare_runs import list_differences
-from .describe_run import (
-    LIMITS,
-    SPREAD,
-    describe_assumptions,
-    describe_weather_error,
-    describe_windows,
-    list_errors,
-    summarise_errors,
-)
+from .describe_run import describe_assumptions, describe_windows
 from .output_folder import whole_folder
 from .pack_city import describe_view, explain_faces, list_layers, measure_faces
 from .read_pieces import frame_of, join_pieces, read_pieces
@@ -37,7 +29,7 @@ from .read_results import in_order, read_summary, select_mounted
 from .site_store import Sample, Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
-from .write_report import WEB, hash_source, list_warnings, paragraph, read_web, section, table
+from .write_report import WEB, compose_errors, hash_source, list_warnings, paragraph, read_web, section, table
 
 SHARD = 1000  # buildings in a file of the index, and in that of the largest
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
@@ -101,7 +93,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
             }
             frame, box = write_tiles(work, store, frame, summary, look=look, private=private)
             total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
-            header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total, "groups": {}}
+            header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
             write_index(work, store, header | view, private)
         finally:
             store.close()
@@ -171,7 +163,7 @@ def measure_piece(piece, summary):
 
 
 def write_tiles(work, store, frame, summary, *, look, private):
-    """Write all tiles and their tree.
+    """Write all tiles and their tree, from the squares of one tile to the next, so that few tiles are held at a time.
 
     Returns
     -------
@@ -182,24 +174,29 @@ def write_tiles(work, store, frame, summary, *, look, private):
     """
     tiles = work / "tiles"
     tiles.mkdir()
-    (low, squares), boxes = store.squares(), []
-    origin = np.array([*low, 0]) * SIDE
+    squares, boxes = np.array(store.squares()), []
+    low = squares.min(axis=0)
+    origin = np.append(low, 0) * SIDE
     frame[3, :3] += origin @ frame[:3, :3]
-    for x, y in squares:
-        piece = join_pieces(store.pieces((x + low[0], y + low[1])))
+    top = max(1, int((squares - low).max()).bit_length())
+    there = [set(map(tuple, (squares - low >> level).tolist())) for level in range(top)]
+
+    def write_below(level, x, y):
+        if level:
+            places = [(2 * x + east, 2 * y + north) for east in (0, 1) for north in (0, 1)]
+            parts = [(place, write_below(level - 1, *place)) for place in places if place in there[level - 1]]
+            return join_squares(tiles, (level, x, y), parts, look, top=level == top)
+        piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         piece.corners -= origin
         boxes.append(bound(piece.corners))
         columns = tabulate_columns(piece, summary, look["enums"])
         store.describe_buildings(list_buildings(piece, columns, private))
         if not private:
             columns |= {name: piece.faces[name].tolist() for name in ("surface_id", "building_id")}
-        store.add_node(0, x, y, write_square(tiles, (x, y), piece, columns, look))
-    top = max(1, int(np.max(squares)).bit_length())
-    for level in range(1, top + 1):
-        for place, parts in store.nodes(level - 1):
-            node = join_squares(tiles, (level, *place), parts, look, top=level == top)
-            store.add_node(level, *place, node)
-    write_tileset(tiles / "tileset.json", node.tile | {"transform": frame.ravel().tolist()})
+        return write_square(tiles, (x, y), piece, columns, look)
+
+    whole = write_below(top, 0, 0)
+    write_tileset(tiles / "tileset.json", whole.tile | {"transform": frame.ravel().tolist()})
     boxes = np.array(boxes)
     return frame, np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
@@ -286,7 +283,6 @@ def write_page(work, basis):
 def compose_basis(summary, attribution):
     """What the numbers rest on, and how far they hold: sections of the page."""
     totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
-    parts = ("Part", "Percent of the full load hours")
     return "\n".join(
         [
             *(paragraph(text, "warning") for text in list_warnings(summary)),
@@ -300,12 +296,7 @@ def compose_basis(summary, attribution):
                 paragraph(f"Results of {date:%Y-%m-%d}."),
                 table((), describe_assumptions(summary)),
             ),
-            section(
-                "How sure the numbers are",
-                paragraph(f"{summarise_errors(summary['error_budget'])} {describe_weather_error(summary)}"),
-                table(parts, list_errors(summary["error_budget"]), numbers=(1,)),
-                paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
-            ),
+            compose_errors(summary),
             paragraph(f"Made by CityPV {__version__}.", "small"),
         ]
     )

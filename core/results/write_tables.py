@@ -9,15 +9,12 @@ import pandas as pd
 from ..energy.building_power import compute_building_power
 from ..energy.energy import split_years
 from ..energy.pv_system import build_system
-from ..settings.progress import ignore_share
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
 from .columns import TABLED, column_values, name_months
 from .netcdf_file import netcdf_file, write_variables
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings
-
-WRITTEN = 0.7  # share of the time for formatting the numbers
 
 HOUR = pd.Timedelta(hours=1)
 GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
@@ -29,16 +26,14 @@ WHOLE = "all"  # name of the group of all groups
 MEAN = {"units": "1", "cell_methods": "time: mean"}
 
 
-def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=False):
-    """Write the results of each surface.
+def write_faces(path, transfer, energy, *, monthly=False):
+    """Write the results of each surface, numbers with six significant digits.
 
     Parameters
     ----------
     path : path-like
     transfer : Transfer
     energy : Energy
-    report_share : callable, optional
-        `report_share(share)` is called after each column.
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
@@ -47,13 +42,7 @@ def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=Fa
         column.name: np.where(columns[column.name], "true", "false") for column in TABLED if column.kind == "flag"
     }
     columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
-    table = pd.DataFrame(columns)
-    # Six significant digits.
-    for number, name in enumerate(columns):
-        report_share(WRITTEN * number / len(columns))
-        if table[name].dtype.kind == "f":
-            table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
-    table.to_csv(path, index=False, lineterminator="\n")
+    pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
 def write_groups(path, energy):
@@ -149,8 +138,7 @@ def sum_periods(capacity_factor, energy, periods):
     for period, names, parts in periods:
         table = np.zeros((len(names), hours.shape[1]))
         for place, share in parts:
-            for group in range(hours.shape[1]):
-                table[:, group] += np.bincount(place, weights=hours[:, group] * share, minlength=len(names))
+            np.add.at(table, place, hours * np.broadcast_to(share, len(hours))[:, None])
         sums.update({(period, name): row for name, row in zip(names, table, strict=True)})
     return sums
 
@@ -249,15 +237,11 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     progress : callable
         See `core.progress`; counts files.
     """
-
-    def report_faces(share):
-        progress("writing tables", share, len(tables), "files")
-
     system, monthly = build_system(request), request.monthly
     of_buildings = {"transfer": transfer, "energy": energy, "system": system}
     power, wanted = partial(compute_building_power, weather=weather, **of_buildings), BUILDINGS in request.series
     tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, report_share=report_faces, monthly=monthly),
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, **of_buildings, weather=weather, monthly=monthly),
         "timeseries.nc": partial(
@@ -267,7 +251,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     }
     if energy.series is not None:
         tables["series.csv"] = partial(write_series, transfer=transfer, energy=energy)
-    report_faces(0)
     for number, (name, write) in enumerate(tables.items()):
+        progress("writing tables", number, len(tables), "files")
         write(folder / name)
-        progress("writing tables", number + 1, len(tables), "files")
+    progress("writing tables", len(tables), len(tables), "files")

@@ -4,18 +4,15 @@ Surfaces are features, whose numbers stand in a property table. Colours are thos
 that know nothing else of the map.
 """
 
-import json
-import struct
 from dataclasses import dataclass
 
 import numpy as np
 
-from .colour_map import GROUND, MAPS, MISSING, linear_light, mix_stops, srgb_colour, srgb_light
+from .colour_map import GROUND, linear_light, srgb_colour, srgb_light
+from .glb import ARRAY, ELEMENTS, FLOAT, UINT8, UINT16, UINT32, Buffer, colour_hours, pack_glb, plain_material
 
 MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
-COLOUR_MAP = "viridis"
 LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
-FLOAT, UINT8, UINT16, UINT32, ARRAY, ELEMENTS = 5126, 5121, 5123, 5125, 34962, 34963
 WORDS = {
     "hours": "full load hours per year of the area that counts [h]",
     "error": "standard error of the full load hours [h]",
@@ -41,26 +38,6 @@ class Shapes:
     triangles: np.ndarray  # (t, 3) int into corners
 
 
-class Buffer:
-    """The binary chunk while it grows, with its views."""
-
-    def __init__(self):
-        self.data, self.views, self.accessors = bytearray(), [], []
-
-    def add(self, data, target=None):
-        """Number of a new view of some bytes, which begins at a multiple of 8."""
-        view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
-        self.views.append(view if target is None else view | {"target": target})
-        self.data += data + b"\0" * (-len(data) % 8)
-        return len(self.views) - 1
-
-    def access(self, array, kind, shape, target, **more):
-        """Number of a new accessor of an array."""
-        accessor = {"bufferView": self.add(array.tobytes(), target), "componentType": kind, "type": shape}
-        self.accessors.append(accessor | {"count": array.size // (1 if array.ndim == 1 else array.shape[1])} | more)
-        return len(self.accessors) - 1
-
-
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     """Bytes of a GLB.
 
@@ -81,7 +58,8 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     """
     buffer, ids = Buffer(), shapes.feature.astype("<f4")
     colours = colour_features(columns, level)[shapes.feature]
-    attributes = place_corners(buffer, shapes.corners, middle) | {
+    attributes = {
+        "POSITION": buffer.place(shapes.corners - middle),
         "COLOR_0": buffer.access(colours, UINT8, "VEC4", ARRAY, normalized=True),
         "_FEATURE_ID_0": buffer.access(ids, FLOAT, "SCALAR", ARRAY),
     }
@@ -90,7 +68,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     surfaces = {"attributes": attributes, "indices": index(buffer, shapes), "material": 0}
     primitives = [surfaces | {"extensions": {"EXT_mesh_features": features}}]
     if ground is not None:
-        attributes = place_corners(buffer, ground.corners, middle)
+        attributes = {"POSITION": buffer.place(ground.corners - middle)}
         primitives.append({"attributes": attributes, "indices": index(buffer, ground), "material": 1})
     properties = {name: store_column(buffer, values) for name, values in columns.items()}
     metadata = {
@@ -107,22 +85,8 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
         "nodes": [{"mesh": 0, "translation": [east, up, -north]}],
         "meshes": [{"primitives": primitives}],
         "materials": [plain_material((1, 1, 1)), plain_material(linear_light(srgb_colour(GROUND)))],
-        "accessors": buffer.accessors,
-        "bufferViews": buffer.views,
-        "buffers": [{"byteLength": len(buffer.data)}],
     }
-    text = json.dumps(document, separators=(",", ":")).encode("ascii")
-    text += b" " * (-len(text) % 8 + 4)  # so that the binary chunk's content begins at a multiple of 8
-    head = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(buffer.data))
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer.data), b"BIN\0")
-    return head + chunks + bytes(buffer.data)
-
-
-def place_corners(buffer, corners, middle):
-    """Attribute of the places: glTF has x east, y up, z south."""
-    places = ((corners - middle)[:, [0, 2, 1]] * [1, 1, -1]).astype("<f4")
-    bounds = {"min": places.min(axis=0).tolist(), "max": places.max(axis=0).tolist()}
-    return {"POSITION": buffer.access(places, FLOAT, "VEC3", ARRAY, **bounds)}
+    return pack_glb(document, buffer)
 
 
 def index(buffer, shapes):
@@ -131,25 +95,16 @@ def index(buffer, shapes):
     return buffer.access(shapes.triangles.ravel().astype(numbers), kind, "SCALAR", ELEMENTS)
 
 
-def plain_material(colour):
-    """Unlit, seen from both sides."""
-    look = {"baseColorFactor": [*map(float, colour), 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
-    return {"doubleSided": True, "pbrMetallicRoughness": look, "extensions": {"KHR_materials_unlit": {}}}
-
-
 def colour_features(columns, level):
     """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or do not count."""
-    hours, (low, high) = np.asarray(columns["hours"], float), level
-    colours = np.tile(srgb_colour(MISSING), (len(hours), 1))
+    hours = np.asarray(columns["hours"], float)
     known = np.isfinite(hours) & (np.asarray(columns["reason"]) <= 1)
-    stops = np.array([srgb_colour(text) for text in MAPS[COLOUR_MAP].split()])
-    colours[known] = srgb_light(mix_stops(stops, np.clip((hours[known] - low) / (high - low), 0, 1)))
     shade = np.ones(len(hours))
     if "tilt" in columns:
         tilt, azimuth = np.radians(columns["tilt"]), np.radians(np.nan_to_num(columns["azimuth"]))
         normal = np.stack([np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)], axis=1)
         shade = 0.87 + 0.13 * normal @ LIGHT
-    linear = linear_light(colours * shade[:, None])
+    linear = linear_light(srgb_light(colour_hours(hours, level, known)) * shade[:, None])
     return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
 
 

@@ -55,6 +55,7 @@ def some_results(count=4, seed=0, **columns):
         "covered_share": 0.0,
         "sky_view_factor": rng.uniform(0, 1, size).round(6),
     }
+    faces["module_area"] = faces["open_area"] * np.array(([0.5] * 4 + [1.0] * 2) * count)
     outlines = Outlines(points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1))
     groups = pd.DataFrame(columns=["kind", "orientation", "period", "index", "full_load_hours"])
     months = rng.uniform(0, 150, (size, 12)).astype(np.float32)
@@ -103,18 +104,6 @@ def test_the_area_of_modules_is_that_of_the_table_where_there_is_one():
     assert unpack(pack_city(results))["kwp"][:4] == pytest.approx(np.arange(4) / 5)
     count_all = replace(results, summary=SUMMARY | {"settings": {"hidden_walls": "count"}})
     assert unpack(pack_city(count_all))["hours"][0] == np.float32(results.faces["full_load_hours"][0])
-
-
-def test_months_of_earlier_versions():
-    """Those of faces.csv with --monthly; else those of the group."""
-    by_month = {f"full_load_hours_{month:02d}": np.full(24, float(month)) for month in range(1, 13)}
-    results = replace(some_results(**by_month), months=None)
-    assert unpack(pack_city(results))["month_07"][0] == pytest.approx(7 * results.faces.eval("area / open_area")[0])
-    rows = [("facade", "south", "month", month, 10.0 * month) for month in range(1, 13)]
-    groups = pd.DataFrame(rows, columns=["kind", "orientation", "period", "index", "full_load_hours"])
-    city = unpack(pack_city(replace(some_results(), months=None, groups=groups)))
-    assert city["groups"] == {"facade south": [10.0 * month for month in range(1, 13)]}
-    assert not any(layer["name"].startswith("month") for layer in city["layers"])
 
 
 @pytest.mark.parametrize(

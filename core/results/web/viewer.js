@@ -308,10 +308,8 @@ function nameSurface(surface) {
 }
 
 function monthBars(surface) {
-  const group = `${city.kinds[city.kind[surface]].name} ${city.sides[city.side[surface]]}`;
-  const own = city.month_01 && city.months.map((_, k) => city[`month_${String(k + 1).padStart(2, "0")}`][surface]);
-  const hours = own ?? city.groups[group];
-  if (!hours || !hours.every(Number.isFinite)) return [];
+  const hours = city.months.map((_, k) => city[`month_${String(k + 1).padStart(2, "0")}`]?.[surface]);
+  if (!hours.every(Number.isFinite)) return [];
   const bars = make("div");
   bars.className = "months";
   bars.setAttribute("role", "img");
@@ -323,9 +321,7 @@ function monthBars(surface) {
     const number = make("span", format(value, value < 9.5 ? 1 : 0));
     bars.append(make("div", "", number, bar, make("span", city.months[k][0])));
   });
-  const many = city.kinds[city.kind[surface]].many.toLowerCase();
-  const whose = `, mean of all ${many} facing ${city.sides[city.side[surface]]}: this run was without --monthly`;
-  return [make("p", `Full load hours of the months [h]${own ? "" : whose}`), bars];
+  return [make("p", "Full load hours of the months [h]"), bars];
 }
 
 function describeSurface(surface) {
