@@ -1,6 +1,7 @@
 """`citypv`, `python -m citypv` and `blender --command citypv`: the command line, with Blender's part when asked for."""
 
 import atexit
+import gc
 import os
 import sys
 from contextlib import suppress
@@ -8,6 +9,7 @@ from contextlib import suppress
 
 def run_program():
     """Run the command line as a program of its own: ends the process, with main's exit status."""
+    gc.set_threshold(100_000)  # of the thousands of modules and functions that are imported nothing is garbage
     status = []
     atexit.register(end_at_once, status)  # the first that is registered is the last that is called
     status.append(main())

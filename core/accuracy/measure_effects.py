@@ -113,7 +113,7 @@ def trace_light(inputs, square, suns, pair):
     """Trace a part of a city with the random numbers of one pair: PartLight."""
     request, surfaces = inputs.request, inputs.scene.surfaces
     inputs = inputs._replace(prepared=reseed(inputs.prepared, request.seed + pair))
-    run, transfer, part = trace_part(inputs, square, (request.samples, request.shadow_samples, None), suns)
+    run, transfer, part = trace_part(inputs, square, (request.samples, request.shadow_samples), suns)
     system, sky = build_system(request), choose_sky(request, transfer)
     energy = compute_energy(transfer, inputs.weather, system, request.threads, sky=sky)
     area = np.where(energy.eligible, energy.counted_area, 0) if surfaces.eligible.any() else transfer.surfaces.area

@@ -1,22 +1,16 @@
-"""The pilot: the whole city with few rays, which shows what rays and accuracy cost on the user's own scene.
-
-    some of its patches ─► the ordinary tracer with more and with fewer rays, points, reflections ─► costs of each
-    whole city ─► the same with few rays and suns ─► errors of all surfaces; seconds, to which the costs are scaled
-
-Of a small city all patches are traced, and their last run is that of the whole city.
+"""The pilot: a run of the whole city with few rays and suns, which shows what accuracy costs on the user's own scene.
 
 Errors are those of every surface in its own surroundings, since light is passed on from neighbour to neighbour. Seconds
 
     t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form factors)
 
-follow from the run of the whole city, of which the others tell only how much each term takes.
+have terms in proportions that hardly differ between cities, `COSTS`; the run tells how long both parts of it take.
 """
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 from ..city.scene import Scene
@@ -37,12 +31,12 @@ from ..weather.weather import Weather
 from .part_of_city import keep_patches
 from .yield_errors import split_errors
 
-SMALL = 4_000  # patches up to which the part is the whole city
-PART = 1_500  # patches of a square in the middle of a larger one: they reflect light onto each other
-RUNS = ((64, 4, 1), (64, 64, None), (256, 16, None))  # of the part: rays, points, reflections (None: those of the city)
-WHOLE = 32, 16, None  # of a larger city
-WAY = "days:4"  # suns
+SMALL = 4_000  # patches of a small city
+SAMPLES, LARGE = 256, 32  # rays of a patch, and of one of a city that is not small
+POINTS, WAY = 16, "days:4"  # shadow points and suns
 FEW = 64  # patches of a run that loads compiled code
+# Of a patch and a ray; of a patch, a shadow point and a product with an entry of the matrix, under each sun.
+COSTS = (1.0, 0.005), (1.0, 0.3, 0.0015)  # benchmarks/results/accuracy_prediction.md
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
 
@@ -58,7 +52,7 @@ class CityYear(NamedTuple):
 
 @dataclass
 class PilotRun:
-    """One of the runs, or one whose seconds are to be predicted."""
+    """A run, or one whose seconds are to be predicted."""
 
     samples: int
     shadow_samples: int
@@ -69,21 +63,19 @@ class PilotRun:
     pace: float = 1.0  # wall time over processor time: by threads that share the work, and by other work that waits
     last_bounce: float = 0.0  # share of the last reflection of all light
 
+    def predict_seconds(self, other):
+        """Processor time of tracing another run [s]: float."""
+        parts = zip(self.seconds, work_of_run(other), work_of_run(self), strict=True)
+        return sum(seconds * work / own for seconds, work, own in parts)
+
 
 @dataclass
 class Pilot:
-    """What the runs showed."""
+    """What the run showed."""
 
-    run: PilotRun  # of the whole city
+    run: PilotRun
     transfer: object  # its Transfer
     errors: object  # its YieldErrors
-    costs: tuple  # (2,) and (3,) float64 [s] of `terms_before_suns` and `terms_of_suns`, scaled to the whole city
-
-    def predict_seconds(self, run):
-        """Wall and processor time of tracing a run [s], a PilotRun without seconds: two float."""
-        works = terms_before_suns(run), terms_of_suns(run)
-        processor = sum(float(cost @ work) for cost, work in zip(self.costs, works, strict=True))
-        return processor * self.run.pace, processor
 
 
 def run_pilot(inputs, progress=silent):
@@ -99,29 +91,19 @@ def run_pilot(inputs, progress=silent):
     Pilot
     """
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
-    scene, patches, runs = inputs.prepared.scene, inputs.prepared.patches, []
-    small, suns = traced.sum() <= SMALL, choose_pilot_suns(inputs, WAY)
-    part = np.ones(len(traced), bool) if small else choose_square(scene, patches, traced, PART)
+    suns = choose_pilot_suns(inputs, WAY)
+    few = choose_square(inputs.prepared.scene, inputs.prepared.patches, traced, FEW)
+    trace_part(inputs, few, (LARGE, POINTS), suns)  # loads compiled code, untimed
+    samples = SAMPLES if traced.sum() <= SMALL else LARGE
 
-    def tell(*_):
-        progress("pilot", len(runs), 1 + len(RUNS), "runs")
+    def tell(stage, done, total, unit):
+        progress(f"pilot, {stage}", done, total, unit)
 
-    few = choose_square(scene, patches, traced, FEW)
-    trace_part(inputs, few, RUNS[-1], suns, progress=tell)  # loads compiled code, untimed
-    for setting in RUNS:
-        run, transfer, _ = trace_part(inputs, part, setting, suns, progress=tell)
-        runs.append(run)
-    if not small:
-        run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), WHOLE, suns, progress=tell)
-    progress("pilot", 1 + len(RUNS), 1 + len(RUNS), "runs")
-    costs = tuple(
-        fit_costs([terms(one) for one in runs], [one.seconds[stage] for one in runs], terms(run), spent)
-        for stage, (terms, spent) in enumerate(zip((terms_before_suns, terms_of_suns), run.seconds, strict=True))
-    )
+    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (samples, POINTS), suns, progress=tell)
     energy = compute_energy(
         transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
     )
-    return Pilot(run, transfer, split_errors(transfer, weather, energy), costs)
+    return Pilot(run, transfer, split_errors(transfer, weather, energy))
 
 
 def choose_pilot_suns(inputs, way):
@@ -138,8 +120,8 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     inputs : CityYear
     part : (p,) bool
         Patches that are traced.
-    setting : tuple
-        Hemisphere rays, shadow points, reflections (None: as planned).
+    setting : (int, int)
+        Hemisphere rays and shadow points.
     suns : Suns
     progress : callable
 
@@ -150,14 +132,13 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
         Of the surfaces of the part.
     PartOfCity
     """
-    samples, shadow_samples, bounces = setting
+    samples, shadow_samples = setting
     request = replace(inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
     few = keep_patches(inputs.scene, inputs.prepared, part)
     patches, plan = few.prepared.patches, few.prepared.plan
     receives = patches.receives.copy()
     receives[: len(few.patches)] &= part[few.patches]
-    plan = plan if bounces is None or not plan.reflections else replace(plan, max_bounces=bounces)
-    ready = replace(few.prepared, patches=replace(patches, receives=receives), plan=plan)
+    ready = replace(few.prepared, patches=replace(patches, receives=receives))
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
         transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=progress, folder=None, prepared=ready)
     records = [one.record for one in (transfer, transfer.bare) if one is not None]
@@ -221,39 +202,11 @@ def count_patches(patches, plan, rays, samples):
     return tuple(counts * rays / max(most, 1))
 
 
-def terms_before_suns(run):
-    """What the costs before the suns are multiplied with: per patch, per ray: (2,) float64."""
-    rays = whole_replicates(run.samples), whole_replicates(fewer_rays(run.samples))
-    return np.array([1 + sum(run.counts), np.dot(run.counts, rays)])
-
-
-def terms_of_suns(run):
-    """The same of the suns: per patch, per shadow point, per product with an entry of the matrix: (3,) float64."""
-    points = run.shadow_samples, fewer_points(run.shadow_samples)
-    entries = np.array([run.samples, fewer_rays(run.samples)]) ** MERGED
-    products = np.dot(run.counts, entries) * (1 + run.bounces if run.bounces else 0)
-    return run.suns * np.array([1 + sum(run.counts), np.dot(run.counts, points), products])
-
-
-def fit_costs(terms, seconds, whole, spent):
-    """Costs in proportions that explain the seconds of some runs, none negative, and which add up to those of another.
-
-    Parameters
-    ----------
-    terms : list of (k,) float64
-    seconds : list of float
-        Relative deviations count alike.
-    whole : (k,) float64
-        Terms of the run of the whole city.
-    spent : float
-        Its seconds.
-
-    Returns
-    -------
-    (k,) float64
-    """
-    terms, seconds = np.array(terms), np.array(seconds)
-    scale = np.maximum(seconds, max(0.05 * seconds.max(), 1e-9))
-    found = nnls(terms / scale[:, None], seconds / scale)[0]
-    told = float(found @ whole)
-    return found * spent / told if told > 0 else np.append(spent / whole[0], np.zeros(len(whole) - 1))
+def work_of_run(run):
+    """What a run takes before its suns and with them, in units of a patch: two float."""
+    counts, rays = np.array(run.counts), (run.samples, fewer_rays(run.samples))
+    patches, points = 1 + counts.sum(), counts @ [run.shadow_samples, fewer_points(run.shadow_samples)]
+    products = counts @ np.power(rays, MERGED) * (1 + run.bounces if run.bounces else 0)
+    (patch, ray), (looking, point, product) = COSTS
+    before = patch * patches + ray * (counts @ [whole_replicates(one) for one in rays])
+    return before, run.suns * (looking * patches + point * points + product * products)

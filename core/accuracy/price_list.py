@@ -1,6 +1,6 @@
 """Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
 
-Seconds are the pilot's costs times the patches, rays, points and suns of the whole city. The variance of each source of
+Seconds are those of the pilot, times patches, rays, points and suns over its own. The variance of each source of
 error falls with the power of the number of rays or points that every run takes for it (`yield_errors.SAMPLED`); what
 the size of patches leaves falls with the square of their length.
 """
@@ -95,8 +95,12 @@ class PricedCity:
         growth = (pieces[some].mean() if some.any() else 1.0 for some in (full, ~full))
         counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
         run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts)
-        wall, processor = (knobs.rounds * one for one in self.pilot.predict_seconds(run))
-        return wall, processor, 8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING
+        processor = knobs.rounds * self.pilot.run.predict_seconds(run)
+        return (
+            processor * self.pilot.run.pace,
+            processor,
+            8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING,
+        )
 
     def predict_errors(self, knobs):
         """YieldErrors of the city's surfaces with other settings."""

@@ -127,31 +127,7 @@ def assign_tiles(scene, size):
     return list(zip(names, np.split(order, ends[:-1]), strict=True))
 
 
-def bin_pieces(pieces, size):
-    """Pieces sorted into squares, so that most of a large city is passed over at once.
-
-    Returns
-    -------
-    order : (k,) int
-        Pieces, square by square.
-    first : (b + 1,) int
-        Where each square begins in it.
-    low, high : (b, 3) float64 [m]
-    """
-    finite = np.flatnonzero(np.isfinite(pieces.low[:, 0]))
-    middle = (pieces.low[finite, :2] + pieces.high[finite, :2]) / 2
-    place = np.floor(middle / size).astype(np.int64)
-    _, member = np.unique(place, axis=0, return_inverse=True)
-    member = member.ravel()
-    order = np.argsort(member, kind="stable")
-    first = np.concatenate([[0], np.cumsum(np.bincount(member))])
-    order = finite[order]
-    low = np.minimum.reduceat(pieces.low[order], first[:-1])
-    high = np.maximum.reduceat(pieces.high[order], first[:-1])
-    return order, first, low, high
-
-
-def surround(name, rows, pieces, bins, ground_albedo):
+def surround(name, rows, pieces, ground_albedo):
     """A tile with what lies around it.
 
     Parameters
@@ -159,8 +135,6 @@ def surround(name, rows, pieces, bins, ground_albedo):
     name : str
     rows : (m,) int
     pieces : Pieces
-    bins : tuple
-        Of `bin_pieces`.
     ground_albedo : float
         The brighter the ground, the wider the near surroundings: by `city.build_ground.choose_reach`, in heights of
         the tile's own surfaces, from the lowest to the highest point.
@@ -176,22 +150,13 @@ def surround(name, rows, pieces, bins, ground_albedo):
         return Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
     low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
     reach = max(choose_reach(ground_albedo) * float(high[2] - low[2]), SHORTEST_REACH)
-    near = select(bins, pieces, lambda lows, highs: gap(lows, highs, low, high) <= reach)
+    near = gap(pieces.low, pieces.high, low, high) <= reach
     lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
     box = low - reach, high + reach
-
-    far = select(bins, pieces, lambda lows, highs: rises(lows, highs, box, lowest))
+    far = rises(pieces.low, pieces.high, box, lowest)
     around[far], around[near], around[rows] = FAR, NEAR, OWN
     kept = gap(pieces.low[far], pieces.high[far], *box)
     return Tile(name, rows, box, around, lowest, reach, float(kept.max(initial=0.0)))
-
-
-def select(bins, pieces, test):
-    """Pieces of which `test(low, high)` holds; a square is passed over if it does not hold of its bounds."""
-    order, first, low, high = bins
-    candidates = [order[first[b] : first[b + 1]] for b in np.flatnonzero(test(low, high))]
-    members = np.concatenate(candidates) if candidates else np.zeros(0, np.int64)
-    return np.sort(members[test(pieces.low[members], pieces.high[members])])
 
 
 def rises(low, high, box, lowest):

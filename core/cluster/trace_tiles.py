@@ -31,7 +31,7 @@ from ..study import prepare_study
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
 from .task_files import write_task
-from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, prepare_whole, surround, take_part
+from .tiles import DEFAULT, assign_tiles, box_pieces, check_tile_size, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
 LARGEST = 1_000_000  # triangles that are planned as a whole
@@ -90,7 +90,7 @@ def plan_tiles(scene, weather, request, settings, tell):
     materials, whole = name_brdfs(scene, request), prepare_whole(scene)
     pieces = box_pieces(whole)
     name, rows = max(assign_tiles(whole, settings.tile), key=lambda square: len(square[1]))
-    tile = surround(name, rows, pieces, bin_pieces(pieces, settings.tile), request.ground_albedo)
+    tile = surround(name, rows, pieces, request.ground_albedo)
     part, rows, _ = take_part(whole, pieces, tile)
     tell(f"  (decided for tile {name}, which has most surfaces)")
     of_part = [materials[row] for row in rows.tolist()] + materials[-1:]
@@ -175,7 +175,6 @@ def make_tasks(scene, squares, inputs, folder, lists):
     """
     prepared, weather, request, settings = inputs
     pieces, (kept, found) = box_pieces(scene), lists
-    bins = bin_pieces(pieces, settings.tile)
     built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     settled, terrain = settle(prepared, request), terrain_alone(prepared.plan)
@@ -185,7 +184,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     threads = request.threads if settings.cluster == SERIAL else 1
     measured = set(np.linspace(0, len(squares) - 1, min(MEASURED, len(squares))).round().astype(int).tolist())
     for index, (name, rows) in enumerate(squares):
-        tile = surround(name, rows, pieces, bins, request.ground_albedo)
+        tile = surround(name, rows, pieces, request.ground_albedo)
         part, taken, complete = take_part(scene, pieces, tile)
         materials = [prepared.materials[row] for row in [*taken.tolist(), -1]]
         inner = tile.box[0][:2], tile.box[1][:2]

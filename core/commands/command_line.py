@@ -5,14 +5,11 @@ kept; 1 any other failure.
 """
 
 import argparse
-import gc
-import importlib
 import importlib.util
 import json
 import signal
 import sys
 import traceback
-from contextlib import contextmanager
 from functools import partial
 
 from ..settings.errors import InputError
@@ -174,19 +171,14 @@ def run_simulate(options):
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
     with compile_beside(request := read_request(options)):
-        interrupted = import_command("simulate").simulate(
-            options.city,
-            options.out,
-            request,
-            output=import_command("write_run").Output(
-                overwrite=options.overwrite,
-                exports=list_exports(options),
-                draw=partial(options.draw, pictures=pictures) if pictures else None,
-            ),
-            log=log,
-            cluster=cluster_settings(options.cluster, options.tile),
-            free=free_settings(settings_of_options(options)),
-        )
+        from .simulate import simulate
+        from .write_run import Output
+
+        draw = partial(options.draw, pictures=pictures) if pictures else None
+        output = Output(overwrite=options.overwrite, exports=list_exports(options), draw=draw)
+        chosen = {"cluster": cluster_settings(options.cluster, options.tile)}
+        chosen["free"] = free_settings(settings_of_options(options))
+        interrupted = simulate(options.city, options.out, request, output=output, log=log, **chosen)
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)
@@ -195,13 +187,10 @@ def run_simulate(options):
 
 def run_yield(options):
     """`citypv yield`."""
-    import_command("simulate").recompute(
-        options.transfer,
-        options.out,
-        read_request(options),
-        overwrite=options.overwrite,
-        log=make_log(options),
-    )
+    from .simulate import recompute
+
+    told = {"overwrite": options.overwrite, "log": make_log(options)}
+    recompute(options.transfer, options.out, read_request(options), **told)
 
 
 def run_world(options):
@@ -276,8 +265,9 @@ def run_effects(options):
 def run_accuracy(options):
     """`citypv accuracy`."""
     with compile_beside(request := read_request(options)):
-        show = import_command("show").show_accuracy
-        print_output("\n".join(show(options.city, request, plot=options.plot, as_json=options.json)))
+        from .show import show_accuracy
+
+        print_output("\n".join(show_accuracy(options.city, request, plot=options.plot, as_json=options.json)))
 
 
 def run_selfcheck(options):
@@ -297,34 +287,8 @@ def read_request(options):
     return request_of_settings(settings_of_options(options))
 
 
-def import_command(name):
-    """Module of this package, without a search for garbage where it is not imported yet."""
-    known = sys.modules.get(f"{__package__}.{name}")
-    if known is not None:
-        return known
-    with nothing_searched():
-        return importlib.import_module(f".{name}", __package__)
-
-
-@contextmanager
-def nothing_searched():
-    """Import without searching what is imported for garbage, now and at the end.
-
-    Of thousands of modules, classes and functions nothing is garbage: the search takes a quarter of a second while they
-    are made, and as long when the process ends.
-    """
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        if collecting:
-            gc.enable()
-
-
 def compile_beside(request):
     """Context in which a second process compiles the loops of the gather estimator, where none are kept."""
-    with nothing_searched():
-        from ..rays.compile_ahead import compile_ahead
+    from ..rays.compile_ahead import compile_ahead
+
     return compile_ahead(request.threads, wanted=request.estimator == "gather")

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from ..accuracy.check_reachable import check_reachable
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.pilot import CityYear
 from ..cluster.task_files import drop_kept, keeping, kept_beside
@@ -156,15 +155,9 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
-    told = ""
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
-            prepared = build_tree(prepared, request)
-            inputs = CityYear(scene, prepared, weather, request)
-            told = check_reachable(inputs, heard) if request.target_error else ""
-            if told:
-                log.write(told)
-            prepared = replace(prepared, round=Round())
+            prepared = replace(build_tree(prepared, request), round=Round())
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
         progress = log.progress if heard.asked else heard
@@ -175,7 +168,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
             inputs = CityYear(scene, prepared, weather, request)
-            transfer = refine_run(transfer, inputs, log, heard, folder=folder, told=told)
+            transfer = refine_run(transfer, inputs, log, heard, folder=folder)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

@@ -14,7 +14,7 @@ import numpy as np
 from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import price_city
 from ..light.prepare_scene import build_tree, prepare_scene
-from ..settings.progress import describe_duration
+from ..settings.progress import TerminalProgress, describe_duration
 from ..settings.request import option_of
 from .refine_run import ADAPTIVE, MOMENT
 
@@ -69,7 +69,8 @@ def spend_budget(scene, weather, request, free, log):
     if left < 0:
         return take(request, cheapest, log, "the time is up: the cheapest settings")
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
-    progress = stop_at(deadline - (1 - PLANNING) * left, log.progress)
+    shown = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
+    progress = stop_at(deadline - (1 - PLANNING) * left, shown)
     try:
         offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, progress)
     except PlanningTooLongError:

@@ -20,13 +20,13 @@ from ..cluster.run_tasks import SERIAL, open_workers, run_tasks
 from ..cluster.task_files import keeping, read_task, write_task
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
-from ..settings.threads import usable_threads
 from ..settings.version import __version__
-from ..world.compute_world import compute_chunks, empty_world, fill_places
+from ..world.compute_world import compute_world, empty_world, find_groups
 from .find_source import find_source
 
 PLACES = 256  # of a band, at least
 STAGE = "world"
+OF_GROUPS = ("full_load_hours", "standard_error", "gain_error", "without_reflections")  # fields of World
 
 
 class WorldInputs(NamedTuple):
@@ -64,8 +64,8 @@ def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
         log.progress(STAGE, 0, len(results), "tasks")
         for done, _ in enumerate(run_tasks(workers, compute_band, tasks), start=1):
             log.progress(STAGE, len(results) - len(tasks) + done, len(results), "tasks")
-        for path, (number, band) in results.items():
-            read_band(world, environments, number, path, [source.chunks[one] for one in band])
+        for path, number in results.items():
+            read_band(world, number, path)
     return world
 
 
@@ -84,7 +84,7 @@ def cut_bands(chunks):
 def list_tasks(environments, bands, inputs, folder, *, results, threads):
     """Write what tasks read, and yield those that no earlier run has finished.
 
-    `results` is filled with the file of each task: its environment's number and its band.
+    `results` is filled with the file of each task: its environment's number.
     """
     request, settings, sky = inputs
     common = replace(request, weather=absolute_weather(request.weather), threads=None), replace(settings, mix=None), sky
@@ -95,7 +95,7 @@ def list_tasks(environments, bands, inputs, folder, *, results, threads):
         path = write_task(folder, key, data)
         for first, band in enumerate(bands):
             result = folder / f"{key}_{first:05d}.npz"
-            results[result] = number, band
+            results[result] = number
             if not result.with_suffix(".json").exists():
                 yield str(path), band, str(result), threads
 
@@ -131,20 +131,17 @@ def compute_band(path, band, result, threads):
     environment, request, settings, sky = read_task(path)
     with ExitStack() as stack:
         source = find_source(request, settings, stack)
-        chosen = replace(source, chunks=[source.chunks[one] for one in band])
-        ways = settings.way, sky
-        system = build_system(request)
-        found = list(compute_chunks([environment], chosen, system, ways, usable_threads(threads)))
-    places = [place for _, results in found for place in results]
-    lit = {number: hours[0] for number, (_, _, hours) in enumerate(places) if hours}
-    values = {f"hours_{number}": one for number, (one, _) in lit.items()}
-    values |= {f"errors_{number}": one for number, (_, one) in lit.items()}
-    codes = np.array([code for code, _, _ in places])
-    years = np.array([np.nan if one is None else one for _, one, _ in places], float)
+        places = np.concatenate([source.chunks[one] for one in band])
+        ends = np.cumsum([len(source.chunks[one]) for one in band])
+        chunks = np.split(np.arange(len(places)), ends[:-1])
+        part = replace(source, places=places, chunks=chunks, read=lambda chunk: source.read(places[chunk]))
+        chosen = {"way": settings.way, "sky": sky, "threads": threads}
+        world = compute_world([environment], part, build_system(request), **chosen)
 
     def write(unfinished):
         with unfinished.open("wb") as file:
-            np.savez(file, codes=codes, years=years, **values)
+            arrays = {name: getattr(world, name) for name in OF_GROUPS}
+            np.savez(file, places=places, weather=world.weather, years=world.years, **arrays)
 
     write_whole(Path(result), write)
     count = json.dumps({"places": len(places)})
@@ -152,14 +149,11 @@ def compute_band(path, band, result, threads):
     return result
 
 
-def read_band(world, environments, number, path, chunks):
-    """Write the results of a task into the world."""
+def read_band(world, number, path):
+    """Write the results of a task, for the environment of some number, into the world."""
     with np.load(path) as stored:
-        codes, years = stored["codes"].tolist(), stored["years"].tolist()
-        lit = [
-            [(stored[f"hours_{row}"], stored[f"errors_{row}"])] if f"hours_{row}" in stored else []
-            for row in range(len(codes))
-        ]
-    years = [None if np.isnan(year) else year for year in years]
-    results = list(zip(codes, years, lit, strict=True))
-    fill_places(world, [environments[number]], np.concatenate(chunks), results, first=number)
+        places, own = stored["places"][:, None], find_groups(world, number)
+        world.weather[places[:, 0]] = stored["weather"]
+        world.years = float(stored["years"]) if stored["weather"].any() else world.years
+        for name in OF_GROUPS:
+            getattr(world, name)[places, number, own] = stored[name][:, 0]

@@ -68,13 +68,25 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
     World
         NaN at places without weather, and for groups that an environment lacks.
     """
-    world = empty_world(environments, source, way, sky)
-    total, done = len(source.places), 0
-    progress("world", 0.0, float(total), "places")
-    for chunk, results in compute_chunks(environments, source, system, (way, sky), usable_threads(threads)):
-        fill_places(world, environments, chunk, results)
+    world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
+    own = [find_groups(world, number) for number in range(len(environments))]
+
+    def run(chunk):
+        return [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)]
+
+    progress("world", 0, len(source.places), "places")
+    for chunk, results in zip(source.chunks, map_in_order(run, source.chunks, usable_threads(threads)), strict=True):
+        for place, (code, years, hours) in zip(chunk, results, strict=True):
+            world.weather[place] = code
+            world.years = years or world.years
+            for number, (values, errors) in enumerate(hours):
+                count = len(own[number])
+                world.standard_error[place, number, own[number]] = errors[:PLAIN_PERIODS].T
+                world.gain_error[place, number, own[number]] = errors[PLAIN_PERIODS]
+                world.full_load_hours[place, number, own[number]] = values[:, :count].T
+                world.without_reflections[place, number, own[number]] = values[:PLAIN_PERIODS, count:].T
         done += len(chunk)
-        progress("world", float(done), float(total), "places")
+        progress("world", done, len(source.places), "places")
     return world
 
 
@@ -100,41 +112,14 @@ def empty_world(environments, source, way, sky):
         1.0,
     )
     for number, one in enumerate(environments):
-        own = [groups.index(pair) for pair in one.groups]
+        own = [groups.index(pair) for pair in one.groups]  # in the same order
         world.group_count[number, own], world.group_area[number, own] = one.group_count, one.group_area
     return world
 
 
-def compute_chunks(environments, source, system, ways, threads):
-    """Yield each chunk of a source's places with the results of `compute_place`.
-
-    Parameters
-    ----------
-    environments, source, system
-        As of `compute_world`.
-    ways : tuple of str
-        Way and sky.
-    threads : int
-    """
-    model = tabulate_power(system)
-
-    def run(chunk):
-        return chunk, [compute_place(environments, *found, system, model, ways) for found in source.read(chunk)]
-
-    return map_in_order(run, source.chunks, threads)
-
-
-def fill_places(world, environments, chunk, results, first=0):
-    """Write the results of some places; `first` is the number of the first of these environments in the world."""
-    columns = [[world.groups.index(pair) for pair in one.groups] for one in environments]
-    for place, (code, years, hours) in zip(chunk, results, strict=True):
-        world.weather[place] = code
-        world.years = years or world.years
-        for number, ((values, errors), own) in enumerate(zip(hours, columns, strict=False), start=first):
-            world.standard_error[place, number, own] = errors[:PLAIN_PERIODS].T
-            world.gain_error[place, number, own] = errors[PLAIN_PERIODS]
-            world.full_load_hours[place, number, own] = values[:, : len(own)].T
-            world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
+def find_groups(world, number):
+    """Columns of the groups that an environment has, in their order: (k,) int."""
+    return np.flatnonzero(world.group_count[number])
 
 
 def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917

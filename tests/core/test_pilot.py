@@ -42,15 +42,15 @@ def test_patches_are_those_that_a_run_with_more_rays_traces(city, pilot):
     assert len(pilot.errors.rows) == city.scene.surfaces.eligible.sum()
 
 
-def test_seconds_are_scaled_to_those_of_the_whole_city(pilot):
-    """To the last one for its own settings; more rays, points, suns and reflections take longer."""
-    own = replace(pilot.run, seconds=())
-    processor = sum(pilot.run.seconds)
-    assert pilot.predict_seconds(own) == pytest.approx((processor * pilot.run.pace, processor))
-    changes = ({"samples": 4096}, {"shadow_samples": 256}, {"suns": 4 * own.suns})
-    slow = replace(pilot, run=replace(pilot.run, pace=7.0))  # beside other work
-    assert slow.predict_seconds(own) == pytest.approx((7 * processor, processor))
-    assert all(pilot.predict_seconds(replace(own, **one)) > pilot.predict_seconds(own) for one in changes)
+def test_seconds_follow_the_formula(pilot):
+    """Those of the run for its own settings; its suns take as much longer as there are more, patches of both parts."""
+    own, (before, suns) = pilot.run, pilot.run.seconds
+    assert own.predict_seconds(replace(own, seconds=())) == pytest.approx(before + suns)
+    assert own.predict_seconds(replace(own, suns=3 * own.suns)) == pytest.approx(before + 3 * suns)
+    many = replace(own, counts=tuple(1e6 * count for count in own.counts))
+    assert own.predict_seconds(many) == pytest.approx(1e6 * (before + suns), rel=0.01)
+    changes = ({"samples": 4096}, {"shadow_samples": 256}, {"bounces": 1 + own.bounces})
+    assert all(own.predict_seconds(replace(own, **one)) > before + suns for one in changes)
 
 
 @pytest.mark.parametrize("size", [5.0, 2.5, 20.0])
@@ -63,17 +63,3 @@ def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     path = city.scene.report.files[0]
     scene = prepare_scene(read_scene([path], replace(city.request, patch_size=size)), city.request).scene
     assert found[own].sum() == pytest.approx((scene.triangle_surface >= 0).sum(), rel=1 / 3)
-
-
-def test_costs_are_found_from_runs_that_follow_the_formula():
-    """Also those of a run of other patches, rays, points, reflections and suns, on a machine that is slower by 1.7."""
-    runs = [
-        PilotRun(*setting, 144, counts)
-        for setting, counts in (((64, 4, 1), (600, 150)), ((64, 64, 3), (600, 150)), ((1024, 16, 3), (600, 160)))
-    ]
-    whole = PilotRun(32, 16, 3, 48, (30_000, 12_000))
-    other = PilotRun(1024, 64, 5, 600, (8000, 2000))
-    for terms, costs in ((terms_before_suns, [1e-5, 3e-7]), (terms_of_suns, [3e-8, 1e-8, 2e-10])):
-        told = [terms(run) for run in runs], [terms(run) @ costs for run in runs]
-        found = fit_costs(*told, terms(whole), 1.7 * (terms(whole) @ costs))
-        assert terms(other) @ found == pytest.approx(1.7 * (terms(other) @ costs), rel=1e-6)

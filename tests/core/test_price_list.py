@@ -9,10 +9,8 @@ import pytest
 from small_city import house, write_gml
 
 from citypv.__main__ import main
-from citypv.core.accuracy.check_reachable import check_reachable, find_cure
-from citypv.core.accuracy.pilot import CityYear
 from citypv.core.accuracy.sun_sampling import compare_hours
-from citypv.core.accuracy.yield_errors import YieldErrors, split_errors
+from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
@@ -21,18 +19,17 @@ pytestmark = pytest.mark.once
 
 
 def trace_city(city, **settings):
-    """A city traced: what is said before the run, the errors it states, and processor seconds of tracing."""
+    """A city traced: the errors it states, and processor seconds of tracing."""
     request = Request(weather="clear-sky", threads=1, **settings)
     scene = read_scene([city], request)
     weather = read_year(scene.site, request)
     prepared = build_tree(prepare_study(scene, weather, request), request)
-    told = check_reachable(CityYear(scene, prepared, weather, request)) if request.target_error else ""
     started = time.process_time()
     transfer = trace_scene(scene, weather, request, prepared=prepared)
     seconds = time.process_time() - started
     sampling = measure_sun_sampling(scene, weather, transfer, request, prepared=prepared)
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
-    return told, split_errors(transfer, weather, compute_energy(transfer, weather, request)), seconds
+    return split_errors(transfer, weather, compute_energy(transfer, weather, request)), seconds
 
 
 def test_predictions_are_those_of_runs(tmp_path, capfd):
@@ -50,7 +47,7 @@ def test_predictions_are_those_of_runs(tmp_path, capfd):
         ("standard", {}),
         ("--samples 1024", {"samples": 1024}),
     ):
-        _, errors, seconds = trace_city(path, **settings)
+        errors, seconds = trace_city(path, **settings)
         assert 1 / 1.5 < prices[name]["error"] / errors.at_share() < 1.5, name
         assert 0.5 < prices[name]["processor"] / seconds < 2, name
         assert prices[name]["seconds"] > listed["fixed"] > 0
@@ -68,38 +65,6 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     assert main(["accuracy", str(city), *options]) == 0
     first = json.loads(capfd.readouterr().out)["prices"][0]
     assert first["name"] == "draft" and first["error"] > 0
-
-
-def test_a_target_out_of_reach_is_told_before_the_first_suns_are_traced(city, tmp_path, capfd):
-    options = ["--suns", "days:4", "--samples", "64", "--shadow-samples", "4", "--target-error", "0.1"]
-    options += ["--weather", "clear-sky", "--threads", "1", "--out", str(tmp_path / "a")]
-    assert main(["simulate", str(city), *options]) == 0
-    told = capfd.readouterr().err
-    assert told.count("0.1 % cannot be reached") == 1
-    assert told.index("0.1 % cannot be reached") < told.index("sky and reflections")
-    assert "can hardly be reached" not in told
-
-
-def made(suns, discretisation):
-    """Surfaces of 100 h with errors in percent."""
-    parts = {"suns": suns, "discretisation": discretisation, "rays": 9.0}
-    variance = {name: np.full(4, error**2) for name, error in parts.items()}
-    return YieldErrors(variance, np.full(4, 100.0), np.ones(4), 1)
-
-
-def test_the_cure_is_the_cheapest_that_suffices():
-    """More suns before finer patches, whose error falls with their length: √(0.5² + (2/4)²) < 0.8 < √(0.5² + 1²)."""
-    request = Request(suns="days:12", target_error=0.8)
-    few, many = made(1.0, 0.1), made(0.5, 0.1)
-    assert find_cure({"days:12": few, "days:52": many}, request) == "give --suns days:52"
-    few, many = made(1.0, 2.0), made(0.5, 2.0)
-    assert find_cure({"days:12": few, "days:52": many}, request) == "give --suns days:52 --patch-size 2.5"
-    few = made(0.1, 1.0)
-    assert find_cure({"days:12": few, "days:52": many}, request) == "give --patch-size 5"
-    worst = made(0.0, 8.0)
-    assert find_cure({"hourly": worst}, replace(request, suns="hourly")).startswith(
-        "even --suns hourly --patch-size 1.25"
-    )
 
 
 def test_the_rms_of_drawn_patches_has_the_error_of_a_drawn_rms():

@@ -33,7 +33,7 @@ def tile(tmp_path_factory):
     whole = prepare_whole(scene)
     pieces, squares = box_pieces(whole), dict(assign_tiles(whole, TILE))
     rows = squares["002_002"]
-    tile = surround("", rows, pieces, bin_pieces(pieces, TILE), REQUEST.ground_albedo)
+    tile = surround("", rows, pieces, REQUEST.ground_albedo)
     cut, known, _ = take_part(whole, pieces, tile)
     prepared = build_tree(prepare_scene(cut, REQUEST, suns=suns), REQUEST)
     return SimpleNamespace(
