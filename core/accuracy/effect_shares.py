@@ -13,8 +13,8 @@ from ..sun.sky_models import sources_of
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 
-SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
-SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
+SWITCHED_ON = {"on": True, "extent": "simulated", "reason": "switched on", "bound": 0.0, "outcome": None}
+SWITCHED_OFF = {"on": False, "extent": "left out", "reason": "switched off", "bound": None, "outcome": None}
 KEY = "perez"
 ISOTROPIC = "isotropic"
 
@@ -56,26 +56,47 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     return found
 
 
-def state_outcome(summary, shares, request):
+def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     """Write the measured shares into the effects of a summary; without a plan (a file of long ago) there are none.
 
     Parameters
     ----------
     summary : dict
         Of `summarise`; changed.
-    shares : dict of str to float
+    transfer : Transfer
+    weather : Weather
+    system : PvSystem
+        Of this year's electricity, which may differ from that of the run that was traced, as may the sky.
+    sky : str
+        Model of the sky that weighed the Transfer.
+    threads : int, optional
+
+    Returns
+    -------
+    dict of str to float
         Of `shares_of_effects`.
-    request : Request
-        Its effects are those of this year's electricity, which may differ from those of the run that was traced.
     """
+    shares = shares_of_effects(transfer, weather, system, threads, sky=sky)
+    if shares:
+        found = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
+        found[KEY] = *share_of_sky(transfer, weather, system, threads), sky == KEY
+        state_shares(summary, found)
+    return shares
+
+
+def state_shares(summary, found):
+    """Write share and outcome of effects, `found` by key: share, what is left out without it, and whether it is on."""
     for effect in summary["traced"].get("effects") or ():
-        if effect["key"] in shares:
-            share, on = shares[effect["key"]], request.effects.get(effect["key"], True)
-            if on != effect.get("on", on):  # decided anew by `citypv yield`
-                effect.update(SWITCHED_ON if on else SWITCHED_OFF)
-            left_out = 0.0 if on else abs(share)
+        if effect["key"] not in found:
+            continue
+        share, most, on = found[effect["key"]]
+        if on != effect.get("on", on):  # decided anew by `citypv yield`
+            effect.update(SWITCHED_ON if on else SWITCHED_OFF)
+        effect["share"] = share
+        if not on or not effect.get("outcome"):
+            left_out = 0.0 if on else most
             bound = left_out if effect.get("bound") is None else effect["bound"]
-            effect |= {"on": on, "share": share, "outcome": {"left_out": left_out, "holds": left_out <= bound}}
+            effect["outcome"] = {"left_out": left_out, "holds": bool(left_out <= bound)}
 
 
 def draw_surfaces(surfaces):
@@ -93,34 +114,6 @@ def draw_surfaces(surfaces):
     area = np.cumsum(surfaces.area[order])
     steps = (np.arange(MOST_SURFACES) + 0.5) / MOST_SURFACES * area[-1]
     return order[np.searchsorted(area, steps)], np.ones(MOST_SURFACES)
-
-
-def state_sky(summary, transfer, weather, system, *, sky, threads=None):
-    """Write share and outcome of `perez` into the effects of a summary; without a plan there are none.
-
-    Parameters
-    ----------
-    summary : dict
-        Of `summarise`; changed.
-    transfer : Transfer
-        Of which at most `effect_shares.MOST_SURFACES` surfaces are looked at.
-    weather : Weather
-    system : PvSystem
-    sky : str
-        Model of the sky that weighed the Transfer.
-    threads : int, optional
-    """
-    effect = next((one for one in summary["traced"].get("effects") or () if one["key"] == KEY), None)
-    if effect is None or not transfer.surfaces.eligible.any():
-        return
-    on, (share, largest) = sky == KEY, share_of_sky(transfer, weather, system, threads)
-    if on != effect["on"]:  # decided anew by `citypv yield`
-        effect |= {"on": on, "reason": "as asked", "bound": 0.0 if on else None, "outcome": None}
-        effect["extent"] = "dome, circumsolar light and horizon" if on else "isotropic sky"
-    effect["share"] = share
-    if not on or not effect.get("outcome"):
-        left_out, bound = 0.0 if on else largest, effect["bound"]
-        effect["outcome"] = {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}
 
 
 def share_of_sky(transfer, weather, system, threads=None):

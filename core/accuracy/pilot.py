@@ -7,6 +7,7 @@ Errors are those of every surface in its own surroundings, since light is passed
 have terms in proportions that hardly differ between cities, `COSTS`; the run tells how long both parts of it take.
 """
 
+import time
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -76,6 +77,7 @@ class Pilot:
     run: PilotRun
     transfer: object  # its Transfer
     errors: object  # its YieldErrors
+    electricity: float  # [s] of `compute_energy`
 
 
 def run_pilot(inputs, progress=silent):
@@ -93,17 +95,17 @@ def run_pilot(inputs, progress=silent):
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
     suns = choose_pilot_suns(inputs, WAY)
     few = choose_square(inputs.prepared.scene, inputs.prepared.patches, traced, FEW)
-    trace_part(inputs, few, (LARGE, POINTS), suns)  # loads compiled code, untimed
     samples = SAMPLES if traced.sum() <= SMALL else LARGE
 
-    def tell(stage, done, total, unit):
-        progress(f"pilot, {stage}", done, total, unit)
+    def tell(*_):
+        progress("pilot", 0, 1, "runs")
 
+    trace_part(inputs, few, (LARGE, POINTS), suns, progress=tell)  # loads compiled code, untimed
     run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (samples, POINTS), suns, progress=tell)
-    energy = compute_energy(
-        transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
-    )
-    return Pilot(run, transfer, split_errors(transfer, weather, energy))
+    progress("pilot", 1, 1, "runs")
+    started, sky = time.perf_counter(), choose_sky(request, transfer)
+    energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
+    return Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
 
 
 def choose_pilot_suns(inputs, way):

@@ -10,18 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..energy.compute_energy import compute_energy
-from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.shadow_points import count_elements, points_above
-from ..light.transfer import take_rows
 from ..settings.presets import PRESETS
 from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
-from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from .pilot import CityYear, PilotRun, run_pilot
-from .sun_sampling import FEWER, LOOKED_AT, TracedYear, measure_ways, name_groups
+from .refine import CELLS, unreachable
+from .sun_sampling import FEWER, TracedYear, measure_ways, name_groups
 from .yield_errors import SAMPLED, SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -31,7 +28,6 @@ SIZES = (20.0, 10.0, 5.0)
 ROUNDED = 0.999  # of an edge that has just the patch size
 SMALLEST = 2  # patches of a surface, whatever their size
 WRITING = 20e6  # [B/s] of tables and transfer.nc
-TIMED = 256, 2_048  # surfaces whose electricity is timed; tables are made for either
 
 
 @dataclass
@@ -83,8 +79,7 @@ class PricedCity:
     pilot: object  # Pilot
     suns: dict  # choice of suns -> Suns
     sampling: dict  # choice of suns -> what `measure_ways` found
-    checking: float  # [s] of measuring the sun sampling of a run
-    electricity: float  # [s] for all surfaces
+    checking: float  # [s] of measuring it, as of measuring that of a run on more patches under fewer suns
     patch_size: float | None
     prepared: object  # PreparedScene
 
@@ -154,7 +149,7 @@ class PricedCity:
         return factor ** (bounces + 1) / (1 - factor)
 
 
-def price_city(inputs, ways, progress=silent, patches=FEWER):
+def price_city(inputs, ways, progress=silent):
     """Trace the pilot of a city, and compare some choices of suns: PricedCity.
 
     Parameters
@@ -162,36 +157,31 @@ def price_city(inputs, ways, progress=silent, patches=FEWER):
     inputs : CityYear
     ways : collection of str
     progress : callable
-    patches : int
-        On how many, about, the choices of suns are compared.
     """
     scene, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
     suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
     traced = TracedYear(scene, weather, pilot.transfer, request)
-    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=patches)
-    # A run looks at more patches, under one choice of suns and every hour's.
-    hours = len(weather.data) / 2
-    more = LOOKED_AT / patches * (len(suns[ways[0]]) + hours) / (sum(map(len, suns.values())) + hours)
-    checking = (time.perf_counter() - started) * min(more, LOOKED_AT / patches)
-    electricity = time_electricity(pilot.transfer, weather, request)
-    sampling = dict(zip(suns, measured, strict=True))
-    return PricedCity(pilot, suns, sampling, checking, electricity, request.patch_size, prepared)
+    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=FEWER)
+    checking, sampling = time.perf_counter() - started, dict(zip(suns, measured, strict=True))
+    return PricedCity(pilot, suns, sampling, checking, request.patch_size, prepared)
 
 
-def time_electricity(transfer, weather, request):
-    """Seconds of wall time that `compute_energy` takes for all surfaces of a Transfer, from that of some: float."""
-    count, seconds = len(transfer.surfaces), []
-    system, sky = build_system(request), choose_sky(request, transfer)
-    sizes = (count,) if count <= TIMED[1] else TIMED
-    for size in sizes:
-        part = take_rows(transfer, np.linspace(0, count - 1, size).astype(int))
-        started = time.perf_counter()
-        compute_energy(part, weather, system, request.threads, sky=sky)
-        seconds.append(time.perf_counter() - started)
-    each = max(seconds[-1] - seconds[0], 0.0) / (TIMED[1] - TIMED[0])
-    return seconds[-1] + each * (count - sizes[-1])
+def check_reachable(inputs, progress=silent):
+    """Tell before a run that no number of rays reaches its target, and the option that would: str.
+
+    "" if the target can be reached, or that is not certain.
+    """
+    request = inputs.request
+    if not inputs.scene.surfaces.eligible.any():
+        return ""
+    city = price_city(inputs, [request.suns], progress)
+    errors = city.predict_errors(city.knobs_of(replace(request, shadow_samples=CELLS), request.suns))
+    if request.estimator == "forward":  # photons are not bound to patches
+        errors.variance["discretisation"][:] = 0
+    why = unreachable(errors, request.target_error, CELLS)
+    return f"{request.target_error:g} % cannot be reached: {'; '.join(why)}" if why else ""
 
 
 def list_prices(scene, weather, request, reading=0.0, progress=silent):
@@ -216,7 +206,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     preparing = time.perf_counter() - started
     ways = list(dict.fromkeys([request.suns, *WAYS]))
     city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
-    fixed = reading + preparing + city.checking + city.electricity
+    fixed = reading + preparing + city.checking + city.pilot.electricity
     own = city.knobs_of(request, request.suns)
 
     def price(name, **changes):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.pilot import CityYear
+from ..accuracy.price_list import check_reachable
 from ..cluster.task_files import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
@@ -155,9 +156,15 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
+    told = ""
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
-            prepared = replace(build_tree(prepared, request), round=Round())
+            prepared = build_tree(prepared, request)
+            if request.target_error:
+                told = check_reachable(CityYear(scene, prepared, weather, request), heard)
+                if told:
+                    log.write(told)
+            prepared = replace(prepared, round=Round())
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
         progress = log.progress if heard.asked else heard
@@ -168,7 +175,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
             inputs = CityYear(scene, prepared, weather, request)
-            transfer = refine_run(transfer, inputs, log, heard, folder=folder)
+            transfer = refine_run(transfer, inputs, log, heard, folder=folder, told=told)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

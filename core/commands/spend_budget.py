@@ -14,7 +14,7 @@ import numpy as np
 from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import price_city
 from ..light.prepare_scene import build_tree, prepare_scene
-from ..settings.progress import TerminalProgress, describe_duration
+from ..settings.progress import describe_duration
 from ..settings.request import option_of
 from .refine_run import ADAPTIVE, MOMENT
 
@@ -69,8 +69,7 @@ def spend_budget(scene, weather, request, free, log):
     if left < 0:
         return take(request, cheapest, log, "the time is up: the cheapest settings")
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
-    shown = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
-    progress = stop_at(deadline - (1 - PLANNING) * left, shown)
+    progress = stop_at(deadline - (1 - PLANNING) * left, log.progress)
     try:
         offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, progress)
     except PlanningTooLongError:
@@ -118,7 +117,7 @@ def make_offers(inputs, free, progress):
         knobs = city.knobs_of(replace(inputs.request, **settings), settings["suns"])
         seconds, _, writing = city.predict_seconds(knobs)
         offers.append(Offer(settings, seconds, writing, city.predict_errors(knobs)))
-    return offers, city.checking + 2 * city.electricity + MOMENT
+    return offers, city.checking + 2 * city.pilot.electricity + MOMENT
 
 
 def choose_offer(offers, left, target=None):

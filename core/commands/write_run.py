@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
+from ..accuracy.effect_shares import state_effects
 from ..city.grid_cells import outline_surfaces, split_into_cells
 from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
@@ -88,14 +88,12 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     `beside` are further sections of it.
     """
     _, scene, transfer, energy, weather = results
-    system = build_system(request)
-    shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
+    chosen = {"sky": energy.sky, "threads": request.threads}
+    shares = state_effects(summary, transfer, weather, build_system(request), **chosen)
     if shares:
         log.write(f"  in full load hours: {', '.join(f'{key} {100 * share:+.1f} %' for key, share in shares.items())}")
     log.clock.lap("shares of effects")
-    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
-    state_outcome(summary, shares, request)
-    state_sky(summary, transfer, weather, system, sky=energy.sky, threads=request.threads)
     if tiles:
         summary["tiles"] = state_bound(tiles, transfer, energy, weather)
         log.write(f"  {describe_bound(summary['tiles'])}")
@@ -118,7 +116,7 @@ def write_exports(work, results, request, exports, progress=silent):
     city, scene, transfer, energy, weather = results
     told = {"system": build_system(request), "progress": progress}
     if "cityjson" in exports:
-        write_cityjson(work / "city.city.json", city, transfer, energy, label=weather.label, **told)
+        write_cityjson(work / "city.city.json", city, transfer, energy, weather=weather, **told)
     if "geopackage" in exports:
         write_geopackage(work / "city.gpkg", city, transfer, energy, weather=weather, **told)
     if "gltf" in exports:

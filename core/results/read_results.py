@@ -26,7 +26,7 @@ FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard
 GROUP_TEXTS = ("kind", "orientation", "period")
 GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
 SECTIONS = {  # of summary.json, and what must stand in each
-    "input": ("site",),
+    "input": ("site", "surfaces"),
     "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
     "settings": ("module",),
     "suns": ("way", "count"),

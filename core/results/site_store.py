@@ -13,8 +13,6 @@ import numpy as np
 from ..settings.errors import InputError
 from .tile_tree import SIDE
 
-MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
-
 
 class Store:
     """Surfaces by square, and buildings, in a file of their own."""
@@ -90,21 +88,3 @@ class Store:
         """Rows of the index as JSON, in the order of a column: yields str."""
         found = self.base.execute(f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,))
         return (row for (row,) in found)
-
-
-class Sample:
-    """Values of some surfaces of many, spread evenly; of few, all."""
-
-    def __init__(self):
-        self.step, self.seen, self.rows = 1, 0, []
-
-    def add(self, values):
-        """Take some rows of (n, k) values."""
-        self.rows.append(values[-self.seen % self.step :: self.step].copy())  # else all would be kept
-        self.seen += len(values)
-        while sum(map(len, self.rows)) > MOST_SAMPLED:
-            self.rows, self.step = [np.concatenate(self.rows)[::2].copy()], 2 * self.step
-
-    def values(self):
-        """What was taken, (m, k)."""
-        return np.concatenate(self.rows)

@@ -6,14 +6,15 @@ import numpy as np
 import pyproj
 
 from ..city.classify import find_footprints
-from ..energy.energy import kwp_of_hours, sum_potential
 from ..settings.progress import silent
 from .columns import TABLED, column_values
+from .write_buildings import sum_buildings
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
 LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
+MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
 SEMANTICS = {
     "RoofSurface", "GroundSurface", "WallSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door",
@@ -22,7 +23,7 @@ BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "Oute
 HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
 
-def write_cityjson(path, city, transfer, energy, *, system, label, progress=silent):
+def write_cityjson(path, city, transfer, energy, *, system, weather, progress=silent):
     """Write a city with its results.
 
     Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
@@ -40,8 +41,8 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
     transfer : Transfer
     energy : Energy
     system : PvSystem
-    label : str
-        Of the weather.
+    weather : Weather
+        Of the energy.
     progress : callable, optional
         See `core.progress`.
     """
@@ -62,7 +63,7 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
         for own, kind, floor in zip(transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True)
     ]
     described = transfer.surfaces, types, (columns, energy.full_load_hours_by_month, energy.eligible)
-    objects = {}
+    sums, objects = sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"), {}
     for number, (building, polygons) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
         geometry = [
@@ -71,12 +72,12 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
         ]
         objects[building] = {
             "type": "Building",
-            "attributes": describe_building(np.array(polygons), transfer, energy, system),
+            "attributes": describe_building(sums.loc[building]),
             "geometry": geometry,
         }
     low, high = city.points.min(axis=0), city.points.max(axis=0)
     metadata = {
-        "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {label}",
+        "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {weather.label}",
         "geographicalExtent": np.round([*low, *high], 3).tolist(),
     }
     system = name_system(city.crs)
@@ -149,18 +150,14 @@ def describe_geometry(city, polygons, index, described):
     }
 
 
-def describe_building(rows, transfer, energy, system):
-    """Attributes of a building: totals of its eligible surfaces."""
-    area = transfer.surfaces.area
-    rows = rows[energy.eligible[rows] & np.isfinite(energy.full_load_hours[rows])]
-    total = sum_potential(rows, area, energy, system)
-    attributes = {PREFIX + "eligible_area": short(total["eligible_area"])}
-    if total["kwp"] > 0:
-        by_month = kwp_of_hours(area, energy, system)[rows] @ energy.full_load_hours_by_month[rows] / total["kwp"]
-        attributes[PREFIX + "full_load_hours"] = short(total["full_load_hours"])
-        attributes[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
-        for name in ("full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year"):
-            attributes[PREFIX + name] = short(total[name])
+def describe_building(sums):
+    """Attributes of a building from its row of buildings.csv."""
+    names = ("full_load_hours", "full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year")
+    names = ("eligible_area", *names) if sums["kwp"] > 0 else ("eligible_area",)
+    attributes = {PREFIX + name: short(sums[name]) for name in names}
+    if len(names) > 1:
+        by_month = [short(value) for name, value in sums.items() if name in MONTHS]
+        attributes[PREFIX + "full_load_hours_by_month"] = by_month
     return attributes
 
 

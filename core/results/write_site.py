@@ -26,12 +26,13 @@ from .output_folder import whole_folder
 from .pack_city import describe_view, explain_faces, list_layers, measure_faces
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary, select_mounted
-from .site_store import Sample, Store
+from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .write_report import WEB, compose_errors, hash_source, list_warnings, paragraph, read_web, section, table
 
 SHARD = 1000  # buildings in a file of the index, and in that of the largest
+MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = "The licence of the city model is not stated. Whoever publishes this map has to see to it."
 TITLE = "Solar map"
@@ -121,6 +122,7 @@ def join_summaries(folders):
             problem = f"differs from {folders[0].name} in {', '.join(apart)}"
             raise InputError(folder, problem, "compute both with the same, by citypv yield if the light is there")
         first["date"] = max(first["date"], summary["date"])
+        first["input"]["surfaces"] += summary["input"]["surfaces"]
         for name in ("eligible_area", "kwp", "mwh_per_year"):
             first["totals"][name] += summary["totals"][name]
         first["totals"]["kinds"] = {}  # not summed up
@@ -139,18 +141,18 @@ def worse(one, other):
 
 def sort_surfaces(store, folders, frame, summary):
     """Keep all surfaces by their squares: their number, and what the page must know to show them."""
-    sample, kinds, sides, count = Sample(), set(), set(), 0
+    step = 1 + summary["input"]["surfaces"] // MOST_SAMPLED
+    sampled, kinds, sides, count = [], set(), set(), 0
     for number, folder in enumerate(folders):
         for found in read_pieces(folder, frame):
             piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
             count += len(piece.faces)
             mounted, values = measure_piece(piece, summary)
-            names = list(values)
-            sample.add(np.column_stack([*values.values()])[mounted.index])
+            sampled.append(np.column_stack([*values.values()])[mounted.index][::step])
     if not count:
         raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
-    sampled = dict(zip(names, sample.values().T, strict=True))
+    sampled = dict(zip(values, np.concatenate(sampled).T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
     return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
 

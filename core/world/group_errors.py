@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..energy.standard_errors import PROPORTION, join_own, sun_sampling_share
+from ..energy.standard_errors import join_own, sun_sampling_share
 from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..settings.errors import InputError
 from .place_hours import MONTHS
@@ -28,7 +28,8 @@ class GroupErrors:
     """Relative irradiance of g groups, and the parts of its error."""
 
     own: np.ndarray  # (3 + k, g) own variance of direct and diffuse light, covariance, sources'; of the group's mean
-    split: np.ndarray  # (7, g) the same of the gain by reflections: see `sum_split`
+    points: np.ndarray  # (g,) the part of the own variance of direct light that is from shadow points
+    brightness: np.ndarray  # (g,) of what rays meet that miss the sky, over the sky
     direct_passed_on: np.ndarray  # (g, r) deviations of replicates of light that other surfaces re-emit
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
@@ -62,7 +63,9 @@ def find_group_errors(transfer, environment, rows, traced=()):
     block = environment.block
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
-    sky, diffuse = transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]
+    points = np.minimum(parts.direct_points[rows], own[0])
+    seen = np.stack([transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]])
+    sky, diffuse = mean_of_groups(seen, first, weight)
     direct = []
     for start, stop in pairwise(first):
         cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
@@ -70,7 +73,8 @@ def find_group_errors(transfer, environment, rows, traced=()):
         direct.append(light_of_sun @ weight[start:stop])
     return GroupErrors(
         own=mean_of_groups(np.stack(own) * weight, first, weight),
-        split=sum_split(sky, diffuse, own, parts.direct_points[rows], (first, weight)),
+        points=mean_of_groups(points * weight, first, weight),
+        brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST),
         direct_passed_on=mean_of_groups(parts.direct_passed_on[rows].T, first, weight).T,
         diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, weight).T,
         discretisation=mean_of_groups(np.stack(discretisation), first, weight),
@@ -83,37 +87,6 @@ def find_group_errors(transfer, environment, rows, traced=()):
 def mean_of_groups(values, first, weight):
     """Weighted means of the last axis over each group: (…, g)."""
     return np.add.reduceat(values * weight, first[:-1], axis=-1)
-
-
-def sum_split(sky, diffuse, own, points, groups):
-    """Own variance of groups, told apart by whether light was reflected.
-
-    A ray that misses the sky meets faces that send m of what the sky would, so that noise δ of the visible sky is noise
-    (1 - m) δ of diffuse light. All own noise of diffuse light is taken to be of this kind.
-
-    Parameters
-    ----------
-    sky, diffuse : (n,) float64
-        Sky view factor, and relative diffuse irradiance.
-    own : sequence of (n,) float64
-        As in `GroupErrors.own`, of surfaces.
-    points : (n,) float64
-        Part of the own variance of direct light that is from shadow points.
-    groups : tuple of (g + 1,) int64 and (n,) float64
-        First surface of each, and weights.
-
-    Returns
-    -------
-    (7, g) float64
-        Variance of direct light from what reflects, and from shadow points; that of diffuse light over (1 - m)², times
-        m², m and 1; the covariance over 1 - m, times m and 1.
-    """
-    direct, scattered, covariance = own[:3]
-    brightness = np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST)  # m
-    points = np.minimum(points, direct)
-    whole, together = scattered / (1 - brightness) ** 2, covariance / (1 - brightness)
-    rows = direct - points, points, whole * brightness**2, whole * brightness, whole, together * brightness, together
-    return mean_of_groups(np.stack(rows) * groups[1], *groups)
 
 
 def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
@@ -149,11 +122,12 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     growth = np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2  # a month's suns are fewer than the year's
     fewer = growth * (errors.own[0] + variance_of_mean(errors.direct_passed_on))
     gain = np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1
-    # The surfaces' own rays: what is seen of sky and sun counts in both, so its noise is multiplied by the gain only.
-    reflected, points, square, linear, whole, cross, together = errors.split
-    sky = square + 2 * gain * linear + gain**2 * whole  # (m + gain)² / (1 - m)² of the own variance
-    alone = diffuse[0] ** 2 * sky + direct[0] ** 2 * (reflected + gain**2 * points)
-    split = np.maximum(alone - 2 * direct[0] * diffuse[0] * (cross + gain * together), PROPORTION**2 * alone)
+    # The surfaces' own rays: what is seen of sky and sun counts in both, so its noise is multiplied by the gain only. A
+    # ray that misses the sky meets faces that send m of what the sky would, so that noise δ of the visible sky is noise
+    # (1 - m) δ of diffuse light, all of whose own noise is taken to be of this kind.
+    share = (errors.brightness + gain) / (1 - errors.brightness)
+    own_direct = errors.own[0] - (1 - gain**2) * errors.points
+    split = join_own(direct[0], -share * diffuse[0], own_direct, *errors.own[1:3])
     reflected = common[0] + split + (gain * suns[0]) ** 2
     return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
 

@@ -31,22 +31,18 @@ def merge_surfaces(environment, most):
     -------
     Environment
     """
-    count, block = len(environment.weight), environment.block
-    if count <= most:
+    if len(environment.weight) <= most:
         return environment
-    features, member = describe_surfaces(block), np.zeros(count, np.int64)
-    group_of = np.repeat(np.arange(len(environment.groups)), np.diff(environment.first))
-    pieces = split_surfaces(features, environment.weight, environment.first, most)
-    pieces.sort(key=lambda rows: group_of[rows[0]])
-    for number, rows in enumerate(pieces):
-        member[rows] = number
-    first = np.searchsorted([group_of[rows[0]] for rows in pieces], np.arange(len(environment.groups) + 1))
+    block, weight = environment.block, environment.weight
+    pieces = split_surfaces(describe_surfaces(block), weight, environment.first, most)
+    group = np.array([np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces])
+    pieces = [pieces[k] for k in np.argsort(group, kind="stable")]
     return replace(
         environment,
-        first=first.astype(np.int64),
-        weight=np.bincount(member, environment.weight),
-        sources=mean_of_pieces(environment.sources, environment.weight, pieces).astype(SINGLE),
-        block=merge_block(block, environment.weight, pieces, environment.sky.direction),
+        first=np.searchsorted(np.sort(group), np.arange(len(environment.groups) + 1)).astype(np.int64),
+        weight=np.array([weight[rows].sum() for rows in pieces]),
+        sources=mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
+        block=merge_block(block, weight, pieces, environment.sky.direction),
     )
 
 

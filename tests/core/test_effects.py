@@ -8,7 +8,7 @@ from small_city import write_small_city
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 
-from citypv.core.accuracy.effect_shares import shares_of_effects, state_outcome
+from citypv.core.accuracy.effect_shares import shares_of_effects, state_shares
 from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
@@ -136,10 +136,10 @@ def test_an_effect_that_yield_switches_has_a_reason_and_no_bound():
     """Losses at the glass that were simulated when the city was traced, and are left out of this year's electricity."""
     was = {"key": "aoi", "on": True, "extent": "by the module's own law", "reason": "light is lost", "bound": 0.0}
     summary = {"traced": {"effects": [was]}}
-    state_outcome(summary, {"aoi": -0.02}, Request(effects={"aoi": False}))
+    state_shares(summary, {"aoi": (-0.02, 0.02, False)})
     (off,) = summary["traced"]["effects"]
     assert (off["on"], off["reason"], off["bound"]) == (False, "switched off", None)
     assert off["outcome"] == {"left_out": 0.02, "holds": True}
-    state_outcome(summary, {"aoi": -0.02}, Request(effects={"aoi": True}))
+    state_shares(summary, {"aoi": (-0.02, 0.02, True)})
     (on,) = summary["traced"]["effects"]
     assert (on["on"], on["reason"], on["outcome"]) == (True, "switched on", {"left_out": 0.0, "holds": True})

@@ -56,7 +56,7 @@ def test_seconds_follow_the_formula(pilot):
 @pytest.mark.parametrize("size", [5.0, 2.5, 20.0])
 def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     """Of surfaces within a third; where edges just fit, each is cut into four."""
-    ways = city.request.suns, 0.0, 0.0, city.request.patch_size
+    ways = city.request.suns, 0.0, city.request.patch_size
     priced = PricedCity(pilot, dict.fromkeys(ways[:1], ()), {}, *ways[1:], city.prepared)
     found = priced.pieces(replace(priced.knobs_of(city.request, ways[0]), patch_size=size))
     own = city.prepared.scene.triangle_surface >= 0

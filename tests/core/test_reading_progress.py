@@ -152,18 +152,18 @@ def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
 
 @pytest.fixture(scope="module")
 def results():
-    """City, Scene, Transfer and Energy of some boxes."""
+    """City, Scene, Transfer, Energy and Weather of some boxes."""
     city = make_city([polygon for k in range(5) for polygon in box(f"b{k}", 20 * k, 0, 10, 10, 0, 5)])
     scene = build_scene(city, 50, 10, ground="none", patch_size=None)
     weather = read_weather("clear-sky", 50, 10, 0, year=2021)
     suns = choose_suns("typical-days:6", weather.data.index, weather.interval, 50, 10)
     transfer = unshaded_transfer(suns, scene.surfaces.surface_tilt, scene.surfaces.surface_azimuth)
     transfer.surfaces = scene.surfaces
-    return city, scene, transfer, compute_energy(transfer, weather)
+    return city, scene, transfer, compute_energy(transfer, weather), weather
 
 
 def test_writing_is_told(results, tmp_path, monkeypatch):
-    city, scene, transfer, energy = results
+    city, scene, transfer, energy, weather = results
     monkeypatch.setattr(kept_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7)  # blocks of 7 surfaces
     kept = Kept()
     write_transfer(tmp_path / "transfer.nc", transfer, kept)
@@ -172,7 +172,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert len(shares) == 1 + 2 * -(-len(city) // 7)
     assert kept.reports[0][1:] == (0, 2 * 4 * len(city) * len(transfer.suns), "B")
     np.testing.assert_array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfer.visible_share)
-    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=dc_system(), label="", progress=kept)
+    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=dc_system(), weather=weather, progress=kept)
     assert_whole(kept.of("writing city.city.json"))
     assert len(kept.of("writing city.city.json")) == 5 + 1
     write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)
