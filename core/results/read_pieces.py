@@ -25,35 +25,47 @@ GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
 
 
 @dataclass
+class Shapes:
+    """Triangles of n features."""
+
+    corners: np.ndarray  # (m, 3) float64 [m] in the map's frame
+    feature: np.ndarray  # (m,) int, of each corner
+    triangles: np.ndarray  # (t, 3) int into corners
+
+    def take(self, rows, count):
+        """The shapes of some of `count` features, numbered anew in the order of `rows`."""
+        number = np.full(count, -1)
+        number[rows] = np.arange(len(rows))
+        feature = number[self.feature]
+        corner = np.cumsum(feature >= 0) - 1
+        triangles = self.triangles[feature[self.triangles[:, 0]] >= 0]
+        return Shapes(self.corners[feature >= 0], feature[feature >= 0], corner[triangles])
+
+
+@dataclass
 class Piece:
     """Some surfaces, with shapes."""
 
     faces: pd.DataFrame  # rows of faces.csv
     months: np.ndarray  # (n, 12) [h]
-    corners: np.ndarray  # (m, 3) float64 [m] in the map's frame, those of a surface one after the other
-    corner_count: np.ndarray  # (n,) int
-    triangles: np.ndarray  # (t, 3) int, each into the corners of its surface
-    triangle_count: np.ndarray  # (n,) int
+    shapes: Shapes  # of these rows, the corners of a surface one after the other
 
     def take(self, mask):
         """The surfaces of a mask, (n,) bool."""
-        corners, triangles = np.repeat(mask, self.corner_count), np.repeat(mask, self.triangle_count)
-        return Piece(
-            *(self.faces[mask], self.months[mask], self.corners[corners], self.corner_count[mask]),
-            *(self.triangles[triangles], self.triangle_count[mask]),
-        )
-
-    def spots(self):
-        """Corner of each corner of the triangles: (t, 3) int into `corners`."""
-        first = np.cumsum(self.corner_count) - self.corner_count
-        return self.triangles + np.repeat(first, self.triangle_count)[:, None]
+        shapes = self.shapes.take(np.flatnonzero(mask), len(mask))
+        return Piece(self.faces[mask], self.months[mask], shapes)
 
 
 def join_pieces(pieces):
     """One piece of several."""
-    arrays = ("months", "corners", "corner_count", "triangles", "triangle_count")
     faces = pd.concat([piece.faces for piece in pieces], ignore_index=True)
-    return Piece(faces, *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in arrays))
+    months, shapes = np.concatenate([piece.months for piece in pieces]), [piece.shapes for piece in pieces]
+    rows = np.cumsum([0, *(len(piece.faces) for piece in pieces[:-1])])
+    first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
+    corners = np.concatenate([one.corners for one in shapes])
+    feature = np.concatenate([one.feature + row for one, row in zip(shapes, rows, strict=True)])
+    triangles = np.concatenate([one.triangles + place for one, place in zip(shapes, first, strict=True)])
+    return Piece(faces, months, Shapes(corners, feature, triangles))
 
 
 def frame_of(latitude, longitude):
@@ -119,12 +131,9 @@ def read_shapes(file, faces, first, to_frame):
     points = to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float))
     start, rings = start - start[0], rings - rings[0]
     shaped = np.flatnonzero(np.diff(start) > 0)
-    triangles, owner = triangulate(points, rings, np.append(start[shaped], start[-1]))
-    corner_count, order = np.diff(rings[start]), np.argsort(owner, kind="stable")
-    owner = shaped[owner[order]]
-    triangles = triangles[order] - rings[start[owner]][:, None]
-    count = np.bincount(owner, minlength=len(faces))
-    return Piece(faces, file[MONTHLY][rows].astype(float), points, corner_count, triangles, count)
+    triangles, _ = triangulate(points, rings, np.append(start[shaped], start[-1]))
+    owner = np.repeat(np.arange(len(faces)), np.diff(rings[start]))
+    return Piece(faces, file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles))
 
 
 def bring_to_frame(site, frame):

@@ -41,9 +41,9 @@ class Store:
             Another folder has one of its buildings.
         """
         names, building = np.unique(piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True)
-        owner = building[np.repeat(np.arange(len(building)), piece.corner_count)]
+        owner = building[piece.shapes.feature]
         count = np.bincount(owner, minlength=len(names))
-        sums = np.stack([np.bincount(owner, piece.corners[:, axis], len(names)) for axis in (0, 1)], axis=1)
+        sums = np.stack([np.bincount(owner, corners, len(names)) for corners in piece.shapes.corners[:, :2].T], axis=1)
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
         found = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]

@@ -8,7 +8,7 @@ import numpy as np
 from ..city.grid_cells import Outlines
 from ..settings.errors import InputError
 from .netcdf_file import netcdf_file, write_variables
-from .transfer_file import OUTLINES
+from .transfer_file import OUTLINES, describe_outlines
 
 NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
@@ -35,9 +35,7 @@ def write_surfaces(path, transfer, energy):
         MONTHLY: (("surface", "month"), hours, meaning, PACKED),
     }
     if transfer.outlines is not None:
-        values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
-        for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
-            found[name] = dimensions, array, details, PACKED
+        found |= describe_outlines(transfer.outlines)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, found)

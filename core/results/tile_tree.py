@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .pack_city import BELOW, find_feet, heights_at
-from .write_tile import Shapes, compose_tile
+from .read_pieces import Shapes
+from .write_tile import compose_tile
 
 SIDE = 256.0  # [m] of a square
 MOST_BYTES = 500_000  # of a tile after gzip
@@ -58,22 +59,20 @@ def write_square(folder, place, piece, columns, look):
     Node
     """
     low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
-    count = len(piece.faces)
-    owner = np.repeat(np.arange(count), piece.corner_count)
-    shapes = Shapes(piece.corners, owner, piece.spots())
-    feet = find_feet(piece.corners, columns["building"][owner])
+    shapes, count = piece.shapes, len(piece.faces)
+    feet = find_feet(shapes.corners, columns["building"][shapes.feature])
     ground = lay_ground(low, SIDE, feet)
     middle = np.array([*(low + SIDE / 2), feet[:, 2].min()])
-    box = bound(piece.corners, ground.corners)
+    box = bound(shapes.corners, ground.corners)
 
     def compose(rows, columns, with_ground):
         values = {key: take(column, rows) for key, column in columns.items()}
-        return compose_tile(take_features(shapes, rows, count), values, ground if with_ground else None, middle, **look)
+        return compose_tile(shapes.take(rows, count), values, ground if with_ground else None, middle, **look)
 
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
     while waiting:
         rows = waiting.pop()
-        if not piece.corner_count[rows].any():
+        if not np.isin(shapes.feature, rows).any():
             continue  # racks alone, whose numbers are in the sums of their building
         data = compose(rows, columns, not tiles)
         if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
@@ -83,14 +82,15 @@ def write_square(folder, place, piece, columns, look):
         (folder / uri).write_bytes(data)
         tiles.append({"boundingVolume": box_of(box), "geometricError": 0, "content": {"uri": uri}})
     tile = {"boundingVolume": box_of(box), "geometricError": WALLS, "refine": "REPLACE", "children": tiles}
-    roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & (piece.triangle_count > 0))
+    drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
+    roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
     if len(roofs):
         largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:MOST_ROOFS]])
         names = [*AFAR, "tilt", "azimuth", *(key for key in columns if key.startswith("month_"))]
         afar = {key: round_off(columns[key]) for key in names}
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
-    return Node(tile, box, *sum_pixels(low, take_features(shapes, roofs, count), roofs, columns, feet))
+    return Node(tile, box, *sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
 
 
 def cut_between(building):
@@ -98,16 +98,6 @@ def cut_between(building):
     edges = np.flatnonzero(np.diff(building)) + 1
     half = len(building) // 2
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
-
-
-def take_features(shapes, rows, count):
-    """The shapes of some of `count` features, numbered anew in the order of `rows`."""
-    number = np.full(count, -1)
-    number[rows] = np.arange(len(rows))
-    feature = number[shapes.feature]
-    corner = np.cumsum(feature >= 0) - 1
-    triangles = shapes.triangles[feature[shapes.triangles[:, 0]] >= 0]
-    return Shapes(shapes.corners[feature >= 0], feature[feature >= 0], corner[triangles])
 
 
 def take(values, rows):

@@ -100,20 +100,6 @@ OUTLINES = {  # name -> dimensions, attributes; files written before outlines we
 }
 
 
-DIMENSIONS = {
-    **dict.fromkeys((*TEXTS, *PER_SURFACE, *TRACED_AS), ("surface",)),
-    **{source.variable(field): ("surface",) for source in SOURCES.values() for field in SOURCE_LIGHT},
-    **dict.fromkeys(PER_SUN, ("sun",)),
-    **dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun")),
-    **{name: part[0] for name, part in (ERROR_PARTS | OUTLINES).items()},
-    "normal": ("surface", "axis"),
-    "direction": ("sun", "axis"),
-    TERRAIN: ("azimuth",),
-    NO_ROOM: ("surface", CLEARANCE),
-    CLEARANCE: (CLEARANCE,),
-}
-
-
 def write_transfer(path, transfer, progress=silent):
     """Write a Transfer.
 
@@ -198,16 +184,23 @@ def describe_shapes(transfer):
     """What only some Transfers know of geometry: outlines, room for modules, distant terrain. As `describe_state`."""
     variables, attributes = {}, {}
     if transfer.outlines is not None:
-        values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
-        for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
-            variables[name] = (dimensions, array, details, {"compression": "gzip", "shuffle": True})
+        variables |= describe_outlines(transfer.outlines)
     if transfer.no_room is not None:
-        variables[NO_ROOM] = (DIMENSIONS[NO_ROOM], transfer.no_room, ROOM_DETAILS)
+        variables[NO_ROOM] = (("surface", CLEARANCE), transfer.no_room, ROOM_DETAILS)
         variables[CLEARANCE] = ((CLEARANCE,), np.array(transfer.clearances, float), {"units": "m"})
     if transfer.terrain is not None:
         variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
         attributes["terrain_source"] = transfer.terrain.source
     return variables, attributes
+
+
+def describe_outlines(outlines):
+    """Variables of the shapes of surfaces, as of `describe_state`."""
+    values = outlines.points, outlines.ring_start, outlines.surface_start
+    return {
+        name: (dimensions, array, details, {"compression": "gzip", "shuffle": True})
+        for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True)
+    }
 
 
 def append_matrix(file, name, matrix):
@@ -254,9 +247,6 @@ def read_transfer(path):
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
     try:
         for state in (dataset, *([] if bare is None else [bare])):
-            for name in set(DIMENSIONS) & set(state):
-                if state[name].dims != DIMENSIONS[name]:
-                    raise InputError(path, f"{name} lies along {state[name].dims}, not {DIMENSIONS[name]}", CURE)
             check_sums(path, state)
         notes = () if SUMS in dataset.attrs else (UNCHECKED,)
         notes += () if NO_ROOM in dataset else (UNKNOWN_ROOM,)

@@ -189,8 +189,8 @@ def write_tiles(work, store, frame, summary, *, look, private):
             parts = [(place, write_below(level - 1, *place)) for place in places if place in there[level - 1]]
             return join_squares(tiles, (level, x, y), parts, look, top=level == top)
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
-        piece.corners -= origin
-        boxes.append(bound(piece.corners))
+        piece.shapes.corners -= origin
+        boxes.append(bound(piece.shapes.corners))
         columns = tabulate_columns(piece, summary, look["enums"])
         store.describe_buildings(list_buildings(piece, columns, private))
         if not private:
@@ -221,11 +221,11 @@ def list_buildings(piece, columns, private):
 
     A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
     """
-    first = np.cumsum(piece.corner_count) - piece.corner_count
+    of_corner = columns["building"][piece.shapes.feature]
     numbers = {name: columns[name].astype(float) for name in ("counted", "kwp", "hours")}
     for building in np.unique(columns["building"]):
         rows = np.flatnonzero(columns["building"] == building)
-        corners = np.concatenate([piece.corners[first[row] : first[row] + piece.corner_count[row]] for row in rows])
+        corners = piece.shapes.corners[of_corner == building]
         if not len(corners):
             continue
         parts, flat = [], None

@@ -4,8 +4,6 @@ Surfaces are features, whose numbers stand in a property table. Colours are thos
 that know nothing else of the map.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from .colour_map import GROUND, linear_light, srgb_colour, srgb_light
@@ -27,15 +25,6 @@ WORDS = {
     "reason": "why the surface does not count",
 }
 NUMBERS = {"FLOAT32": "<f4", "UINT8": "u1", "UINT32": "<u4"}
-
-
-@dataclass
-class Shapes:
-    """Triangles of n features."""
-
-    corners: np.ndarray  # (m, 3) float64 [m] in the map's frame
-    feature: np.ndarray  # (m,) int, of each corner
-    triangles: np.ndarray  # (t, 3) int into corners
 
 
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
