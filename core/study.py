@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from .accuracy.sun_sampling import TracedYear, measure_ways
+from .accuracy.sun_sampling import CityYear, measure_ways
 from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
@@ -313,7 +313,7 @@ def weigh_kept_suns(transfer, axis):
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
     """What the choice of suns does to the full load hours: the dict of `accuracy.sun_sampling.measure_ways`."""
-    return measure_ways(TracedYear(scene, weather, transfer, request), [transfer.suns], progress, prepared=prepared)[0]
+    return measure_ways(CityYear(scene, prepared, weather, request), transfer, [transfer.suns], progress)[0]
 
 
 def compute_energy(transfer, weather, request, progress=silent):

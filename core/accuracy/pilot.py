@@ -9,26 +9,21 @@ have terms in proportions that hardly differ between cities, `COSTS`; the run te
 
 import time
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..city.scene import Scene
 from ..effects.receivers import fewer_points, fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..light.prepare_scene import PreparedScene
 from ..light.solve_suns import COUNTING
 from ..light.trace_gather import trace_seasons
 from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
-from ..settings.request import Request
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
-from ..weather.weather import Weather
 from .part_of_city import keep_patches
 from .yield_errors import split_errors
 
@@ -40,15 +35,6 @@ FEW = 64  # patches of a run that loads compiled code
 COSTS = (1.0, 0.005), (1.0, 0.3, 0.0015)  # benchmarks/results/accuracy_prediction.md
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
-
-
-class CityYear(NamedTuple):
-    """What is traced, and the year that weighs it."""
-
-    scene: Scene
-    prepared: PreparedScene  # with its tree
-    weather: Weather
-    request: Request
 
 
 @dataclass

@@ -16,9 +16,9 @@ from ..settings.presets import PRESETS
 from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns
-from .pilot import CityYear, PilotRun, run_pilot
+from .pilot import PilotRun, run_pilot
 from .refine import CELLS, unreachable
-from .sun_sampling import FEWER, TracedYear, measure_ways, name_groups
+from .sun_sampling import FEWER, CityYear, measure_ways, name_groups
 from .yield_errors import SAMPLED, SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -158,12 +158,11 @@ def price_city(inputs, ways, progress=silent):
     ways : collection of str
     progress : callable
     """
-    scene, prepared, weather, request = inputs
+    _, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
     suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
-    traced = TracedYear(scene, weather, pilot.transfer, request)
-    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=FEWER)
+    measured = measure_ways(inputs, pilot.transfer, list(suns.values()), progress, patches=FEWER)
     checking, sampling = time.perf_counter() - started, dict(zip(suns, measured, strict=True))
     return PricedCity(pilot, suns, sampling, checking, request.patch_size, prepared)
 

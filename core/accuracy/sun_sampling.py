@@ -10,7 +10,6 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.sun_sampling_error import PATCHES as LOOKED_AT
 from ..light.sun_sampling_error import trace_sun_samples
-from ..light.transfer import Transfer
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import map_in_order, usable_threads
@@ -21,24 +20,24 @@ from ..weather.weather import Weather
 FEWER = LOOKED_AT // 5  # patches where several choices are compared before a run
 
 
-class TracedYear(NamedTuple):
-    """A scene as it was traced, and the weather that weighs it."""
+class CityYear(NamedTuple):
+    """What is traced, and the year that weighs it."""
 
     scene: Scene
+    prepared: object  # PreparedScene with its tree; None: prepared where it is needed
     weather: Weather
-    transfer: Transfer
     request: Request
 
 
-def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED_AT):
+def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     """Error of full load hours by some choices of suns. Reflections are left out: they change more slowly than shadows.
 
     Parameters
     ----------
-    traced : TracedYear
+    inputs : CityYear
+    transfer : Transfer
     ways : list of Suns
     progress : callable
-    prepared : PreparedScene, optional
     patches : int
         On how many, about.
 
@@ -49,7 +48,7 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
         by patch) and its `rms_standard_error`, and how many `patches`; and the same for each kind and orientation
         under `groups`.
     """
-    scene, weather, transfer, request = traced
+    scene, prepared, weather, request = inputs
     others = [suns for suns in ways if suns.sampling != "hourly"]
     if not others or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]

@@ -91,14 +91,12 @@ def check_cluster(word):
 
 
 @contextmanager
-def open_workers(word, dashboard=":0"):
+def open_workers(word):
     """Workers by the word of `--cluster`, closed at the end of the block.
 
     Parameters
     ----------
     word : str
-    dashboard : str or None
-        Address of the page that shows the workers of a local cluster, by default at any free port; None: no page.
 
     Yields
     ------
@@ -129,7 +127,7 @@ def open_workers(word, dashboard=":0"):
         for one, level in zip(loggers, levels, strict=True):
             stack.callback(one.setLevel, level)
             one.setLevel(logging.CRITICAL)
-        opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
+        opened = open_local(value) if kind == "local" else open_remote(value)
         with opened as client:
             count = len(client.nthreads())
             page = find_page(client.dashboard_link)
@@ -147,8 +145,8 @@ def find_page(link):
 
 
 @contextmanager
-def open_local(count, dashboard):
-    """Client of some processes on this machine, with one thread each."""
+def open_local(count):
+    """Client of some processes on this machine, with one thread each, and a page at any free port."""
     from distributed import Client, LocalCluster
 
     with (
@@ -156,7 +154,7 @@ def open_local(count, dashboard):
             n_workers=count,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=dashboard,
+            dashboard_address=":0",
             silence_logs=logging.CRITICAL,
             preload=__name__,
         ) as cluster,

@@ -49,7 +49,6 @@ class ClusterSettings:
 
     cluster: str  # word of `--cluster`
     tile: float = DEFAULT  # [m]
-    dashboard: str | None = ":0"  # address of the page of a local cluster
 
 
 def check_cluster_settings(settings, request):
@@ -73,8 +72,8 @@ def check_cluster_settings(settings, request):
 def plan_tiles(scene, weather, request, settings, tell):
     """What tracing a city in tiles calls for: PreparedScene; of a large one without patches, which only its tiles have.
 
-    A large city is planned from the tile with most surfaces: the pilot needs a tree of all triangles that it looks at,
-    and that of the whole would take more memory on one machine than any worker needs for its tile.
+    A large city is planned from the tile with most surfaces: patches of the whole would take more memory on one machine
+    than any worker needs for its tile.
 
     Parameters
     ----------
@@ -130,7 +129,7 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     squares = assign_tiles(scene, settings.tile)
     tell(describe_squares(squares, settings.tile))
     kept, found = set(), []
-    with open_workers(settings.cluster, settings.dashboard) as workers:
+    with open_workers(settings.cluster) as workers:
         tell(workers.words)
         tasks = make_tasks(scene, squares, (prepared, weather, request, settings), folder, (kept, found))
         progress(STAGE, 0, len(squares), STAGE)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ..accuracy.effect_shares import shares_of_effects
 from ..accuracy.measure_effects import measure_effects
-from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
+from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree
 from ..results.write_summary import finite

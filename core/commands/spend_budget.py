@@ -11,8 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from ..accuracy.pilot import CityYear
 from ..accuracy.price_list import price_city
+from ..accuracy.sun_sampling import CityYear
 from ..light.prepare_scene import build_tree, prepare_scene
 from ..settings.progress import describe_duration
 from ..settings.request import option_of

@@ -56,7 +56,7 @@ def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
     World
     """
     world, bands = empty_world(environments, source, inputs.settings.way, inputs.sky), cut_bands(source.chunks)
-    with keeping(folder, log.write), open_workers(cluster.cluster, cluster.dashboard) as workers:
+    with keeping(folder, log.write), open_workers(cluster.cluster) as workers:
         log.write(f"  {len(bands) * len(environments):,} tasks; {workers.words}")
         threads = inputs.request.threads if cluster.cluster == SERIAL else 1
         results = {}

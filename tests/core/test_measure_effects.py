@@ -17,7 +17,7 @@ from transfers import unshaded_transfer
 from weathers import BERLIN, plain_table, year_of
 
 from citypv.core.accuracy.measure_effects import MOST, choose_neighbourhood, compare_light, measure_effects
-from citypv.core.accuracy.pilot import CityYear
+from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request

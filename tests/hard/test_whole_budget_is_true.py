@@ -11,7 +11,7 @@ from test_budget_is_true import PATCH, SCENES, assert_shares, count_within, rand
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.sun_sampling import TracedYear, measure_ways
+from citypv.core.accuracy.sun_sampling import CityYear, measure_ways
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
@@ -50,7 +50,7 @@ def share_within(name, generator):
     scene, known = reference(name)
     request = replace(random_request(generator), max_bounces=int(generator.integers(3, 6)))
     transfer = trace_gather(scene, choose(str(generator.choice(WAYS))), request, silent)
-    sampling = measure_ways(TracedYear(scene, year(), transfer, request), [transfer.suns])[0]
+    sampling = measure_ways(CityYear(scene, None, year(), request), transfer, [transfer.suns])[0]
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
     return count_within(compute_energy(transfer, year(), threads=1), known)
 
