@@ -1,19 +1,24 @@
 """Run tasks: in this process one after the other, or by the workers of a Dask cluster.
 
-Tasks read from disk and write to disk (`task_files.py`), so that only their names pass through the scheduler. A worker
-that ends in the middle of a task is replaced, and the task given to another one. Dask loads
-this file in each local worker first, see `dask_setup`.
+Tasks read from disk, under names that tell the content, and write to disk, so that only names pass through the
+scheduler. What is finished stays beside the output folder until all is done, so that the same command goes on from it.
+A worker that ends in the middle of a task is replaced, and the task given to another one. Dask loads this file in each
+local worker first, see `dask_setup`.
 """
 
+import hashlib
 import importlib.util
 import logging
+import pickle
 import re
+import shutil
 import signal
 import socket
 import sys
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from http.client import HTTPException
+from pathlib import Path
 from typing import Any
 from urllib.request import ProxyHandler, build_opener
 
@@ -30,6 +35,7 @@ LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = "does not accept this machine's key, or finds none", "see docs/guide/many_machines.md, Who may reach it"
 SILENT = f"does not answer within {PATIENCE} s", HOW_TO_START
 FOREIGN = "answers, but is no Dask scheduler", "give the scheduler's port (8786), not its page's"
+HASH_LENGTH = 24  # of the hash in the name of a task's file
 DEATHS = 3  # of workers under one task, after which it is given up
 
 
@@ -243,3 +249,61 @@ def run_plainly(function, *arguments):
 def dask_setup(worker):
     """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def write_task(folder, stem, data):
+    """Write what a task reads, bytes of a pickle, to a file whose name ends with their hash: pathlib.Path."""
+    path = folder / f"{stem}_{hashlib.sha256(data).hexdigest()[:HASH_LENGTH]}.task"
+    path.write_bytes(data)
+    return path
+
+
+def read_task(path):
+    """What `write_task` has written. A pickle runs code, so nothing else is opened.
+
+    Raises
+    ------
+    InputError
+        The content is not that of the name.
+    """
+    data, name = Path(path).read_bytes(), Path(path).stem
+    if hashlib.sha256(data).hexdigest()[:HASH_LENGTH] != name.rpartition("_")[2]:
+        problem = "is not what was written for this task: somebody else has changed it, or the disk"
+        raise InputError(path, problem, "see who can write to this folder, delete it, and start again")
+    return pickle.loads(data)
+
+
+def kept_beside(folder):
+    """Folder in which finished tasks are kept for an output folder: Path."""
+    folder = Path(folder).absolute()
+    return folder.with_name(f"{folder.name}.tasks")
+
+
+def drop_kept(folder, cluster=True):
+    """Remove what was kept for an output folder, if it was written in tasks."""
+    if cluster:
+        shutil.rmtree(kept_beside(folder), ignore_errors=True)
+
+
+@contextmanager
+def keeping(folder, tell):
+    """Make a folder for finished tasks; if the block ends with an error, say where they are, or remove an empty one.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+    try:
+        yield
+    except BaseException:
+        count = len(list(folder.glob("*.json")))
+        if count:
+            tell(f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from there")
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise

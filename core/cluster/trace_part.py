@@ -27,7 +27,7 @@ from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
-from .task_files import read_task
+from .run_tasks import read_task
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 

@@ -29,8 +29,7 @@ from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_records, join_tiles
-from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
-from .task_files import write_task
+from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks, write_task
 from .tiles import DEFAULT, assign_tiles, box_pieces, check_tile_size, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 

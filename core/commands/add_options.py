@@ -214,6 +214,37 @@ def add_world(parser):
     place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
 
 
+def add_change(parser):
+    """What `citypv variant` changes."""
+    place = parser.add_argument_group("the change")
+    several = {"nargs": "+", "action": Gather, "default": []}
+    place.add_argument("--add", metavar="FILE", help="buildings or trees, in the base's reference system", **several)
+    place.add_argument("--local", action="store_true", help="files are in metres from the base's local origin")
+    place.add_argument("--remove", metavar="ID", help="buildings, or trees", **several)
+    words = "[m] to true east and north"
+    place.add_argument("--move", metavar="ID=EAST,NORTH", type=numbers_of_id(2), help=words, **several)
+    words = "[m] by which all of a building above its foot goes up, or down"
+    place.add_argument("--raise", metavar="ID=M", dest="raised", type=numbers_of_id(1), help=words, **several)
+    words = "albedo of all surfaces of a building"
+    place.add_argument("--albedo-of", metavar="ID=A", type=numbers_of_id(1), help=words, **several)
+
+
+def numbers_of_id(count):
+    """A type for `add_argument`: ID=NUMBER,… → (id, number) or (id, tuple of numbers)."""
+
+    def parse(text):
+        name, _, words = text.rpartition("=")
+        try:
+            numbers = tuple(map(float, words.split(",")))
+        except ValueError:
+            numbers = ()
+        if not name or len(numbers) != count:
+            raise argparse.ArgumentTypeError(f"{text!r} is not ID={','.join(['NUMBER'] * count)}")
+        return name, numbers if count > 1 else numbers[0]
+
+    return parse
+
+
 def add_exports(parser):
     """Add files that are written when they are asked for."""
     for name, words in EXPORTS.items():

@@ -17,19 +17,20 @@ from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from .add_options import (
     NOT_FOR_WORLDS,
+    add_change,
     add_city,
     add_cluster,
     add_exports,
     add_options,
     add_output,
     add_world,
+    join_pairs,
     list_exports,
     make_log,
     settings_of_options,
 )
 from .choose_settings import cluster_settings, free_settings, request_of_settings
 from .run_log import print_output
-from .state_commands import add_states
 
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
@@ -143,6 +144,21 @@ def build_parser():
     return parser
 
 
+def add_states(commands):
+    """Commands about several states of a city."""
+    variant = commands.add_parser("variant", help="an edited city, from a run of simulate --editable, in seconds")
+    variant.add_argument("base", metavar="BASE", help="result folder")
+    add_change(variant)
+    add_output(variant)
+    add_exports(variant)
+    variant.set_defaults(run=run_variant)
+    compare = commands.add_parser("compare", help="who gains and who loses between two results of a city")
+    for name in ("before", "after"):
+        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
+    add_output(compare)
+    compare.set_defaults(run=run_compare)
+
+
 def add_views(commands):
     """Commands that print what they find."""
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
@@ -218,6 +234,29 @@ def run_world(options):
         log=make_log(options),
         cluster=cluster_settings(options.cluster),
     )
+
+
+def run_variant(options):
+    """`citypv variant`."""
+    from .variant import Wish, make_variant
+    from .write_run import Output
+
+    move, raised, albedo_of = (
+        join_pairs(option, getattr(options, name))
+        for option, name in (("--move", "move"), ("--raise", "raised"), ("--albedo-of", "albedo_of"))
+    )
+    wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
+    output = Output(overwrite=options.overwrite, exports=list_exports(options))
+    make_variant(options.base, options.out, wish, output=output, log=make_log(options))
+
+
+def run_compare(options):
+    """`citypv compare`."""
+    from .compare import compare, describe_comparison
+
+    found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
+    if not options.quiet:
+        print("\n".join([*describe_comparison(found), f"Written to {options.out}"]), file=sys.stderr)
 
 
 def run_plot(options):

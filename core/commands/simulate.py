@@ -5,7 +5,7 @@ from dataclasses import replace
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.price_list import check_reachable
 from ..accuracy.sun_sampling import CityYear
-from ..cluster.task_files import drop_kept, keeping, kept_beside
+from ..cluster.run_tasks import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
 from ..energy.counted_area import classify_again

@@ -4,8 +4,7 @@ import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
-from ..cluster.run_tasks import check_cluster
-from ..cluster.task_files import drop_kept, kept_beside
+from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary

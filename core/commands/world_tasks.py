@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..cluster.run_tasks import SERIAL, open_workers, run_tasks
-from ..cluster.task_files import keeping, read_task, write_task
+from ..cluster.run_tasks import SERIAL, keeping, open_workers, read_task, run_tasks, write_task
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
 from ..settings.version import __version__

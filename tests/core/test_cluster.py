@@ -21,7 +21,7 @@ from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.cluster import run_tasks, trace_tiles
-from citypv.core.cluster.task_files import read_task, write_task
+from citypv.core.cluster.run_tasks import read_task, write_task
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
