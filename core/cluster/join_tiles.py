@@ -106,10 +106,10 @@ def join_records(records, plan, request, figures):
     Returns
     -------
     TraceRecord
-        Rays and seconds are summed over the tiles, of shares of light the largest is taken, and discretisation errors
-        are averaged over the eligible area.
+        Rays and seconds are summed over the tiles, of shares of light the largest is taken, discretisation errors are
+        averaged over the eligible area, and the error of sun sampling is that of the tile with most of it.
     """
-    area = np.array([sum(one["areas"].values()) for one in figures])
+    area = np.array([one["area"] for one in figures])
     found = {name: sum_known([getattr(one, name) for one in records]) for name in (*SUMS, *BY_KEY)}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
     weight, errors = area if area.any() else np.ones(len(area)), [one.discretisation_error for one in records]
@@ -128,7 +128,7 @@ def join_records(records, plan, request, figures):
         request=request.as_dict(),
         effects=effects,
         discretisation_error=mean,
-        sun_sampling=join_sampling(figures),
+        sun_sampling=next(filter(None, (one["sun_sampling"] for one in figures)), None),
         standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
     )
 
@@ -141,33 +141,3 @@ def sum_known(values):
     if not isinstance(known[0], dict):
         return sum(known)
     return {key: sum(one.get(key, 0.0) for one in known) for key in dict.fromkeys(key for one in known for key in one)}
-
-
-def join_sampling(figures):
-    """Error of sun sampling from the tiles in which it was measured, weighted by eligible area: dict or None."""
-    known = [(one["sun_sampling"], one["areas"]) for one in figures if one["sun_sampling"]]
-    measured = [(sampling, areas) for sampling, areas in known if sampling["patches"]]
-    if not measured:
-        return known[0][0] if known else None
-    names = dict.fromkeys(name for sampling, _ in measured for name in sampling.get("groups", {}))
-    groups = {
-        name: average_sampling([(one["groups"][name], areas[name]) for one, areas in measured if name in one["groups"]])
-        for name in names
-    }
-    return average_sampling([(one, sum(areas.values())) for one, areas in measured]) | {"groups": groups}
-
-
-def average_sampling(members):
-    """Weighted mean of biases, root mean square of deviations, of pairs of a dict and its area: dict."""
-    weight = np.array([area for _, area in members])
-    share = weight / weight.sum()
-    names = ("bias", "bias_standard_error", "rms", "rms_standard_error")
-    bias, bias_error, rms, rms_error = (np.array([one[name] for one, _ in members]) for name in names)
-    whole = np.sqrt(share @ rms**2)
-    return {
-        "bias": float(share @ bias),
-        "bias_standard_error": float(np.linalg.norm(share * bias_error)),
-        "rms": float(whole),
-        "rms_standard_error": float(np.linalg.norm(share * rms * rms_error) / max(whole, 1e-9)),
-        "patches": int(sum(one["patches"] for one, _ in members)),
-    }

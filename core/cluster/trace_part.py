@@ -93,10 +93,7 @@ def trace_part(run_path, part_path, result_path, threads):
         sampling = measure_sun_sampling(few.scene, run.weather, transfer, request, prepared=few.prepared)
     own = np.searchsorted(few.surfaces, part.own)
     write_whole(Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)))
-    areas, surfaces = {}, few.scene.surfaces
-    for row in np.flatnonzero(surfaces.eligible).tolist():
-        name = f"{surfaces.kind[row]} {surfaces.orientation[row]}"
-        areas[name] = areas.get(name, 0.0) + float(surfaces.area[row])
+    surfaces = few.scene.surfaces
     told = {
         "triangles": triangles[0],
         "own_triangles": triangles[1],
@@ -106,7 +103,7 @@ def trace_part(run_path, part_path, result_path, threads):
         "peak_memory_bytes": peak_memory(),
         "halo": halo,
         "sun_sampling": sampling,
-        "areas": areas,  # of what is eligible [m²]
+        "area": float(surfaces.area[surfaces.eligible].sum()),  # [m²]
     }
     write_whole(figures, lambda path: path.write_text(json.dumps(finite(told)), encoding="utf-8"))
     Path(part_path).unlink(missing_ok=True)

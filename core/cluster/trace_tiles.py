@@ -34,8 +34,7 @@ from .tiles import DEFAULT, assign_tiles, box_pieces, check_tile_size, prepare_w
 from .trace_part import SHARES, Part, Run, trace_part
 
 LARGEST = 1_000_000  # triangles that are planned as a whole
-MEASURED = 8  # tiles in which the error of sun sampling is measured
-TASK_VERSION = 4  # raised when results of earlier runs are no longer to be used
+TASK_VERSION = 5  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
 SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")
@@ -180,14 +179,16 @@ def make_tasks(scene, squares, inputs, folder, lists):
     run_path = write_task(folder, "run", shared)
     run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
-    measured = set(np.linspace(0, len(squares) - 1, min(MEASURED, len(squares))).round().astype(int).tolist())
+    # The error of sun sampling is measured where most modules may be.
+    eligible = np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0)
+    fullest = int(np.argmax([eligible[rows].sum() for _, rows in squares]))
     for index, (name, rows) in enumerate(squares):
         tile = surround(name, rows, pieces, request.ground_albedo)
         part, taken, complete = take_part(scene, pieces, tile)
         materials = [prepared.materials[row] for row in [*taken.tolist(), -1]]
         inner = tile.box[0][:2], tile.box[1][:2]
         own = np.searchsorted(taken, tile.rows)
-        data = pickle.dumps(Part(part, own, materials, inner, complete, index in measured), protocol=5)
+        data = pickle.dumps(Part(part, own, materials, inner, complete, index == fullest), protocol=5)
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
         found.append((replace(tile, around=tile.around[:0]), result))  # of which it takes a byte for each piece
@@ -212,7 +213,7 @@ def settle(prepared, request):
 
 def describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
-    area = np.array([sum(one["areas"].values()) for one in figures])
+    area = np.array([one["area"] for one in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))
     halo = {key: [one["halo"].get(key, 0.0) for one in figures] for key in SHARES}
     peaks = [one["peak_memory_bytes"] for one in figures if one["peak_memory_bytes"]]
