@@ -32,7 +32,7 @@ SAMPLES, LARGE = 256, 32  # rays of a patch, and of one of a city that is not sm
 POINTS, WAY = 16, "days:4"  # shadow points and suns
 FEW = 64  # patches of a run that loads compiled code
 # Of a patch and a ray; of a patch, a shadow point and a product with an entry of the matrix, under each sun.
-COSTS = (1.0, 0.005), (1.0, 0.3, 0.0015)  # benchmarks/results/accuracy_prediction.md
+COSTS = (1.0, 0.005), (1.0, 0.2, 0.0015)  # benchmarks/results/accuracy_prediction.md
 MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
 PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
 

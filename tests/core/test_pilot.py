@@ -1,20 +1,13 @@
-"""What the pilot and the effects trace, how costs are fitted, and patches of other sizes counted."""
+"""What the pilot traces, how its seconds are scaled, and patches of other sizes counted."""
 
 from dataclasses import replace
 
 import pytest
 from small_city import write_small_city
 
-from citypv.core.accuracy.pilot import (
-    CityYear,
-    PilotRun,
-    count_patches,
-    fit_costs,
-    run_pilot,
-    terms_before_suns,
-    terms_of_suns,
-)
+from citypv.core.accuracy.pilot import count_patches, run_pilot
 from citypv.core.accuracy.price_list import PricedCity
+from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene

@@ -42,9 +42,9 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     # Left out, the bound is compared with what it would have changed; simulated, nothing is left out.
     plan = {"key": "perez", "on": False, "extent": "isotropic sky", "reason": "as asked", "bound": 0.2}
     summary = {"traced": {"effects": [dict(plan), {"key": "aoi", "on": True}]}}
-    state_sky(summary, transfer, berlin, system, sky="isotropic", threads=1)
+    state_shares(summary, {"perez": (share, largest, False)})
     assert summary["traced"]["effects"][0]["outcome"] == {"left_out": largest, "holds": True}
-    state_sky(summary, transfer, berlin, system, sky="perez", threads=1)
+    state_shares(summary, {"perez": (share, largest, True)})
     again = summary["traced"]["effects"][0]
     assert again["on"] and again["outcome"]["left_out"] == 0 and again["share"] == share
     assert summary["traced"]["effects"][1] == {"key": "aoi", "on": True}

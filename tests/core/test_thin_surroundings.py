@@ -7,7 +7,7 @@ import pytest
 from small_city import house, write_gml
 
 from citypv.core.cluster.thin_surroundings import draw_members, thin_surroundings
-from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, prepare_whole, surround, take_part
+from citypv.core.cluster.tiles import assign_tiles, box_pieces, prepare_whole, surround, take_part
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.rays.random_numbers import mix
 from citypv.core.settings.progress import silent
