@@ -28,9 +28,15 @@ def draw_probed(layout, context):
     city, _ = find_city(context.scene)
     rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
     rows = [(name, show_end(value, 24) if name == "Building" else value) for name, value in rows]
-    draw_cells(layout, [("Probed", "")] + [row for row in rows if row[0] not in MONTHS] if rows else [])
-    charts = read_charts(city)
-    if not rows or charts is None:
+    if not rows:
+        return
+    column, charts = layout.box().column(align=True), read_charts(city)
+    for name, value in rows:
+        if name not in MONTHS:
+            line = column.split(factor=0.42)
+            line.label(text=name)
+            draw_numbers(line.row(align=True), (value,))
+    if charts is None:
         return
     largest = max(charts[0].max(), 1e-9)
     bars, told = layout.box().column(align=True), dict(rows)
@@ -47,8 +53,18 @@ def draw_best(layout, context):
         return
     head, body = layout.panel("citypv_best", default_closed=True)
     head.label(text="Best buildings, per year")
-    if body:
-        draw_buildings(body, ("kWp", "MWh", "P50", "P90")[: len(best[0]) - 1], best)
+    if not body:
+        return
+    column = body.column(align=True)
+    for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best]:
+        line = column.split(factor=0.45)
+        if name:
+            line.operator("citypv.show_building", text=show_end(name, 18)).building = name
+        else:
+            line.label(text="Building")
+        draw_numbers(line.grid_flow(row_major=True, columns=2, align=True), (kwp, mwh))
+        if years:
+            draw_numbers(column.row(align=True), ("P50 {}, P90 {}".format(*years),))
 
 
 def draw_comparison(layout, context):
@@ -113,18 +129,6 @@ def write_row(row):
 def write_energy(value, sign=""):
     """Energy [MWh] with a decimal below 100."""
     return f"{value:{sign},.{0 if abs(value) >= 100 else 1}f}".replace("-", "−")
-
-
-def draw_buildings(layout, head, rows):
-    """Show buildings with numbers; their buttons select them and move the view to them."""
-    column, share, most = layout.column(align=True), 0.45, 18
-    for name, *numbers in [("", *head), *rows]:
-        line = column.split(factor=share)
-        if name:
-            line.operator("citypv.show_building", text=show_end(name, most)).building = name
-        else:
-            line.label(text="Building")
-        draw_numbers(line.grid_flow(row_major=True, columns=len(head), align=True), numbers)
 
 
 def show_end(name, most):
