@@ -5,7 +5,9 @@ several.
 """
 
 from array import array
+from collections import defaultdict
 from dataclasses import dataclass, field
+from itertools import count
 
 import numpy as np
 
@@ -74,8 +76,8 @@ class City:
 
 def number_names(names):
     """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
-    return np.fromiter((numbers[name] for name in names), np.int64, len(names))
+    numbers = defaultdict(count().__next__)
+    return np.fromiter(map(numbers.__getitem__, names), np.int64, len(names))
 
 
 def whole_of_cell(name):

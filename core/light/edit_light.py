@@ -68,6 +68,8 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         state = replace(prepared, bare=bare)
         hook = specular(state)
         states.append(trace_light(state, suns, request, progress, specular=hook, known=known[bare]))
+        if prepared.plan.reflections:
+            states[-1].traced.form_factors.links = None  # large, and of no use to the next edit
     if foliage:
         forget_rays(foliage.kept)
     return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, trail, specular)
@@ -105,7 +107,10 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     if scene.site != base.leaf.prepared.scene.site:
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
-    prepared = build_tree(prepare_edit(base, scene, request, progress), request)
+    prepared = prepare_edit(base, scene, request, progress)
+    progress(STAGE, 0, 1, "cities")
+    prepared = build_tree(prepared, request)
+    progress(STAGE, 0, 1, "cities")
     leaf, *bare = (
         Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare) if one is not None
     )
@@ -281,6 +286,7 @@ def find_same(known):
     same = (place >= 0) & (traced.samples[place] > 0)
     covered = traced.covered[place]
     in_earth = covered.any(axis=1)
+    known.progress(STAGE, 0, 1, "cities")
     rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(known.boxes) else np.zeros(0, int)
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
