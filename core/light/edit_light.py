@@ -31,7 +31,7 @@ from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 from .traced import Rows, join_rows, leave_rows
 
-STAGE = "comparing rays"
+MATCHING, STAGE = "comparing patches", "comparing rays"
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
 
 
@@ -108,9 +108,9 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
     prepared = prepare_edit(base, scene, request, progress)
-    progress(STAGE, 0, 1, "cities")
+    progress(MATCHING, 0, len(prepared.patches), "patches")
     prepared = build_tree(prepared, request)
-    progress(STAGE, 0, 1, "cities")
+    progress(MATCHING, 0, len(prepared.patches), "patches")
     leaf, *bare = (
         Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare) if one is not None
     )
@@ -141,6 +141,7 @@ class Known:
         self.before, self.prepared, self.trail = before, prepared, trail
         self.preview, self.progress = preview, progress
         self.place = match_patches(before.prepared, prepared)  # (p,) int, of the patch before; -1: it is new
+        progress(MATCHING, len(self.place), len(self.place), "patches")
         self.after = np.full(len(before.prepared.patches), -1)  # (o,) int, the other way round
         self.after[self.place[self.place >= 0]] = np.flatnonzero(self.place >= 0)
 
@@ -286,7 +287,7 @@ def find_same(known):
     same = (place >= 0) & (traced.samples[place] > 0)
     covered = traced.covered[place]
     in_earth = covered.any(axis=1)
-    known.progress(STAGE, 0, 1, "cities")
+    known.progress(STAGE, 0, 1, "tasks")
     rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(known.boxes) else np.zeros(0, int)
     scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
     number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene

@@ -165,6 +165,7 @@ def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
     assert told == [
         "building the scene",
         "planning effects",
+        "comparing patches",
         "sky and reflections",
         "comparing rays",
         "finding interior surfaces",
