@@ -56,7 +56,10 @@ def request_of_settings(settings, *groups, others=()):
     for name, value in settings.items():
         if name not in known:
             near = difflib.get_close_matches(name, [*known, *others], 1)
-            raise InputError(name, "is not a setting here", f"did you mean {near[0]}?" if near else "leave it out")
+            cure = f"did you mean {near[0]}?" if near else "leave it out"
+            if name in EXPORTS and "exports" in others:
+                cure = f'give exports=["{name}"]'
+            raise InputError(name, "is not a setting here", cure)
         given[name] = _take(name, value, *known[name])
     implied = implied_settings(given)
     if "effects" in implied and "effects" in given:

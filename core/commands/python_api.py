@@ -237,7 +237,8 @@ def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=
     for name in exports:
         if name not in EXPORTS:
             raise InputError("exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}")
-    request, free = request_of_settings(settings), free_settings(settings)
+    others = "out", "overwrite", "exports", "cluster", "tile", "progress"
+    request, free = request_of_settings(settings, others=others), free_settings(settings)
     paths = [city] if isinstance(city, str | os.PathLike) else list(city)
     with _folder_for(out) as folder:
         output = Output(overwrite=overwrite, exports=tuple(exports))

@@ -100,6 +100,7 @@ def test_another_weather_keeps_the_plant(city, tmp_path):
 
 @pytest.mark.parametrize(("settings", "words"), [
     ({"sampels": 4}, "sampels: is not a setting here; did you mean samples?"),
+    ({"gltf": True}, 'gltf: is not a setting here; give exports=["gltf"]'),
     ({"samples": "many"}, "samples: 'many' is not a number"), ({"samples": 3.5}, "--samples: 3.5 is not a whole"),
     ({"diffuse_iam": 1}, "diffuse_iam: 1 is not True or False"), ({"preset": "best"}, "--preset: 'best' is not known"),
     ({"effects": {"fog": True}}, "fog"), ({"exports": ("pdf",)}, "exports: 'pdf' is not known"),
