@@ -3,7 +3,7 @@
 `make check` leaves out what is slow: what is marked so, and the functions of slow.txt, whose cases took more than 0.2 s
 each when they were last measured (`--write-slow`). What is marked as a law stays all the same, and so does the one case
 of each law that LAWS names. The second Python leaves out what is marked `once`, and what is slow, but for files in
-which a Python may differ.
+which a Python may differ, and elsewhere all cases of a function but the first.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
@@ -36,16 +36,19 @@ LAWS = (
 )
 # Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
 THOROUGH = ("core/test_forward_agrees.py::test_town",)
-# Blender, processes and signals, readers and writers.
+# Blender, processes and signals, options, readers and writers. Elsewhere numbers come from numpy and compiled loops,
+# which are the same on every Python: of a function the second one runs the first case.
 MAY_DIFFER = (
     *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
     *("core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
-    *("core/test_city", "core/test_weather", "core/test_plot"),
+    *("core/test_city", "core/test_weather", "core/test_plot", "core/test_refused", "core/test_obj"),
+    *("core/test_raster", "core/test_own_terrain"),
 )
 # Files whose tests trace the same scenes, and do so once where they run in one process.
 TOGETHER = {
     "hard/test_walls_that_touch.py": "hard/test_gather_is_forward.py",
 }
+BEGUN = set()  # functions of which a case was collected
 LONGEST = [
     "blender/test_window.py",
     "hard/test_gather_is_forward.py",
@@ -100,8 +103,9 @@ def pytest_itemcollected(item):
         item.add_marker(pytest.mark.thorough)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
-        if not name.startswith(MAY_DIFFER):
-            item.add_marker(pytest.mark.once)
+    if not name.startswith(MAY_DIFFER) and (name in read_slow() or name in BEGUN):
+        item.add_marker(pytest.mark.once)
+    BEGUN.add(name)
 
 
 @cache

@@ -77,7 +77,7 @@ def test_polar_weather_and_another_module():
     assert (energy.full_load_hours_by_month[:, 11] < 1).all()  # December is night
 
 
-@pytest.mark.parametrize("way", ["days:24", "typical-days:12", "sky-grid:1000", "hourly"])
+@pytest.mark.parametrize("way", ["days:24", "sky-grid:1000", "hourly"])
 def test_tables_equal_pvlib_on_shaded_surfaces(berlin, way, monkeypatch):
     transfer = Horizons(200, 3).transfer(suns_of(berlin, way))
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12)

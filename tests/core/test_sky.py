@@ -100,7 +100,7 @@ def mean_of(transfer, rows, name="view_factor"):
     return share @ getattr(transfer.sources["horizon"], name)[rows], error
 
 
-@pytest.mark.parametrize("tilt", [5, 30, 60, 90, 100, 135, 170])
+@pytest.mark.parametrize("tilt", [5, 60, 90, 135])
 def test_the_horizon_of_an_open_plane_by_rays(tilt):
     """sin(tilt) whatever the azimuth: every ray towards the band stands in front of the plane and meets nothing."""
     for azimuth in (0, 77, 200):
@@ -156,7 +156,7 @@ def test_the_horizon_over_a_court():
     assert_mean(found, error, expected)
 
 
-@pytest.mark.parametrize("tilt", [20, 60, 90, 100, 120])
+@pytest.mark.parametrize("tilt", [20, 90, 120])
 def test_photons_of_the_horizon_on_an_open_plane(tilt):
     forward = trace_forward(
         open_plane(tilt, 200), suns_towards([[0, 0, 1.0]]), Request(sky="perez", samples=200_000), silent

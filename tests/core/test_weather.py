@@ -130,13 +130,6 @@ def test_csv_with_summer_time_offsets_and_quarter_hours(tmp_path):
     assert len(weather.data) == 4 * 8760
 
 
-def test_sun_is_that_of_mid_interval(tmp_path):
-    weather = read_weather(write_table(tmp_path / "own.csv", plain_table(year_of())), *BERLIN)
-    own = pvlib.solarposition.get_solarposition(weather.data.index + HOUR / 2, *BERLIN)
-    np.testing.assert_allclose(weather.data["apparent_zenith"], own["apparent_zenith"], atol=1e-9)
-    np.testing.assert_allclose(weather.data["solar_azimuth"], own["azimuth"], atol=1e-9)
-
-
 def test_small_negatives_are_rounding(tmp_path):
     table = plain_table(year_of())
     table.loc[table["ghi"] == 0, ["ghi", "dhi"]] = -0.4
@@ -227,12 +220,6 @@ def test_tables_with_faults(tmp_path):
     text = (tmp_path / "kelvin.csv").read_text().replace("285.0", "warm", 1)
     (tmp_path / "word.csv").write_text(text)
     refuse(tmp_path / "word.csv", "'warm'", "row 1", "temp_air")
-
-
-def test_leap_years_and_many_years_are_whole(tmp_path):
-    for first, last, hours in ((2020, 2020, 8784), (2019, 2021, 26304)):
-        weather = read_weather(write_table(tmp_path / f"{first}.csv", plain_table(year_of(first, last))), *BERLIN)
-        assert len(weather.data) == hours
 
 
 def test_epw_of_a_real_leap_year_without_its_leap_day(tmp_path):
