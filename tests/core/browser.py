@@ -10,6 +10,8 @@ import tempfile
 import time
 from pathlib import Path
 
+import pytest
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")  # as in tools/set_up.py
 FLAGS = ["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--no-first-run", "--hide-scrollbars"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"]
@@ -21,6 +23,14 @@ LONGEST = 60.0  # [s] that a page may take
 def find_chromium():
     """Path of a Chromium on this machine, or None."""
     return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+def start_browser(**options):
+    """A Browser; where there is no Chromium, the test is skipped, or fails if one is wanted."""
+    chromium = find_chromium()
+    if chromium is None:
+        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)("no Chromium on this machine")
+    return Browser(chromium, **options)
 
 
 class Browser:

@@ -23,6 +23,11 @@ def shown_parts(page):
     return {row.split("\t")[0]: [numbers(text)[0] for text in row.split("\t")[1:]] for row in rows}
 
 
+def on_counted_area(faces, column):
+    """Column of faces.csv as a mean over the open area: its means are over whole polygons."""
+    return faces[column] * faces["area"] / faces["open_area"]
+
+
 class Picture:
     """What rays through places of the window meet, by planes and convex polygons: neither three.js nor Embree."""
 

@@ -6,6 +6,8 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <gml:boundedBy><gml:Envelope srsName="urn:ogc:def:crs:EPSG::25833" srsDimension="3"><gml:lowerCorner>390000 5818000 30
 </gml:lowerCorner><gml:upperCorner>390100 5818100 60</gml:upperCorner></gml:Envelope></gml:boundedBy>
 """
+# Options of a quick run.
+FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 EAST, NORTH, UP = 390_000.0, 5_818_000.0, 30.0
 
 

@@ -11,7 +11,7 @@ import pyproj
 import pytest
 import shapely
 from read_glb import Glb
-from small_city import write_small_city
+from small_city import FAST, write_small_city
 
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.commands.command_line import main
@@ -19,8 +19,6 @@ from citypv.core.read.read_city import read_city
 from citypv.core.results.colour_map import MAPS
 from citypv.core.results.write_cityjson import name_system
 from citypv.core.results.write_geopackage import TABLES, write_system
-
-FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from small_city import write_small_city
+from small_city import FAST, write_small_city
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
@@ -24,7 +24,6 @@ from citypv.core.results.read_results import read_results, select_mounted, tabul
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_report import table
 
-FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 FIGURES = {"plan-roof", "plan-facade", "months", "day", "sun-path", "histograms"}
 VOID = {"meta", "img", "br", "link", "input"}
 

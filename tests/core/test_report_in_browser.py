@@ -3,23 +3,21 @@
 Where no Chromium is installed these tests are skipped; `.ci/run` installs one, and fails without.
 """
 
-import os
 from xml.sax.saxutils import escape
 
 import numpy as np
 import pandas as pd
 import pytest
-from browser import Browser, find_chromium
+from browser import start_browser
 from matplotlib import colormaps
 from matplotlib.image import imread
-from report_page import Picture, numbers, shown, shown_parts
-from small_city import house, write_gml
+from report_page import Picture, numbers, on_counted_area, shown, shown_parts
+from small_city import FAST, house, write_gml
 
 from citypv.core.commands.command_line import main
 from citypv.core.results.read_results import read_results
 
 pytestmark = [pytest.mark.once, pytest.mark.slow]
-FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 HOSTILE = [
     "</script><script>document.title='bad'</script>",
     "\"'><img src=x onerror=document.title='bad'>",
@@ -54,16 +52,9 @@ def faces(folder):
     return pd.read_csv(folder / "faces.csv", index_col="surface_id", keep_default_na=False, na_values=[""])
 
 
-def start(**options):
-    chromium = find_chromium()
-    if chromium is None:
-        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)("no Chromium on this machine")
-    return Browser(chromium, **options)
-
-
 @pytest.fixture(scope="module")
 def chromium():
-    browser = start()
+    browser = start_browser()
     yield browser
     browser.close()
 
@@ -78,11 +69,6 @@ def page(chromium, folder):
     assert chromium.complaints == []
     assert [url for url in chromium.requests if not url.startswith("data:")] == [(folder / "report.html").as_uri()]
     assert chromium.run("document.title") == "Solar potential: out"
-
-
-def on_counted_area(faces, column):
-    """Column of faces.csv as a mean over the open area: its means are over whole polygons."""
-    return faces[column] * faces["area"] / faces["open_area"]
 
 
 def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
@@ -239,7 +225,7 @@ def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
 
 
 def test_without_webgl_the_table_is_there(folder):
-    browser = start(webgl=False)
+    browser = start_browser(webgl=False)
     try:
         browser.open(folder / "report.html")
         assert "WebGL" in browser.run("byId('note').textContent")

@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import os
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -12,17 +11,16 @@ import numpy as np
 import pandas as pd
 import pyproj
 import pytest
-from browser import Browser, find_chromium
+from browser import start_browser
 from read_glb import Glb, visit_tiles
-from report_page import Picture, numbers, shown, shown_parts
-from small_city import house, write_gml
+from report_page import Picture, numbers, on_counted_area, shown, shown_parts
+from small_city import FAST, house, write_gml
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import tile_tree
 from citypv.core.results.read_results import read_results
 
 pytestmark = [pytest.mark.once, pytest.mark.slow]
-FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 HOSTILE = ["</script><script>document.title='bad'</script>", "\"'><img src=x onerror=document.title='bad'>", "дом 🏠"]
 EAST = (0.0, 400.0)  # [m] of the two folders
 
@@ -55,10 +53,6 @@ def web(folders, tmp_path_factory):
 @pytest.fixture(scope="module")
 def faces(folders):
     return pd.concat([pd.read_csv(folder / "faces.csv") for folder in folders]).set_index("surface_id")
-
-
-def on_counted_area(faces, column):
-    return faces[column] * faces["area"] / faces["open_area"]
 
 
 def tiles_of(web):
@@ -198,13 +192,6 @@ def address(web):
     server.server_close()
 
 
-def start(**options):
-    chromium = find_chromium()
-    if chromium is None:
-        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)("no Chromium on this machine")
-    return Browser(chromium, **options)
-
-
 def whole_map(page):
     page.wait("document.querySelector('#city-buildings tbody tr') !== null")
     page.wait("tiles.stats.downloading + tiles.stats.parsing + tiles.stats.queued === 0 && tiles.visibleTiles.size > 0")
@@ -214,7 +201,7 @@ def whole_map(page):
 @pytest.fixture
 def page(address):
     """The map as it opens; nothing else may be asked for, and nothing go wrong."""
-    browser = start()
+    browser = start_browser()
     browser.call("Page.navigate", url=f"{address}index.html")
     whole_map(browser)
     yield browser
