@@ -14,7 +14,6 @@ class CitySettings:
         "m",
         "city",
         "unit of length of files that name no reference system",
-        kind="choice",
         title="Unit",
         panel="import",
         choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
@@ -23,7 +22,6 @@ class CitySettings:
         "z",
         "city",
         "upward axis of files that do not state it (OBJ)",
-        kind="choice",
         title="Up axis",
         panel="import",
         choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
@@ -32,7 +30,6 @@ class CitySettings:
         "auto",
         "city",
         "flip polygons that face into their building, or keep all as drawn",
-        kind="choice",
         title="Orientation",
         panel="import",
         choices={
@@ -75,7 +72,6 @@ class CitySettings:
         "auto",
         "city",
         "auto: terrain of the city's files, else as feet; feet: generated through the bases of the buildings; none",
-        kind="choice",
         choices={
             "auto": "Terrain of the city's files if they have any, else a surface through the bases of the buildings",
             "feet": "A surface through the bases of the buildings",

@@ -29,14 +29,7 @@ class Request(CitySettings, SystemSettings):
         "climate", "weather", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
     )
     time_shift: float = setting(
-        0.0,
-        "weather",
-        "added to the times of weather files",
-        kind="number",
-        unit="min",
-        metavar="MIN",
-        least=-720,
-        most=720,
+        0.0, "weather", "added to the times of weather files", unit="min", metavar="MIN", least=-720, most=720
     )
     weather_place: tuple | None = setting(
         None, "weather", "where the weather was measured; default: as its files say", kind="place", unit="°"
@@ -45,7 +38,6 @@ class Request(CitySettings, SystemSettings):
         "none",
         "weather",
         "column of irradiance to ignore; it then follows from the other two",
-        kind="choice",
         choices={
             "none": "All columns are used",
             "ghi": "Global from diffuse and direct",
@@ -57,7 +49,6 @@ class Request(CitySettings, SystemSettings):
         150.0,
         "weather",
         "largest distance from the city to the place of the weather",
-        kind="number",
         title="Within [km]",
         panel="weather",
         unit="km",
@@ -68,7 +59,6 @@ class Request(CitySettings, SystemSettings):
         "nearest",
         "weather",
         "interpolation of gridded weather",
-        kind="choice",
         title="Grid point",
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
     )
@@ -76,25 +66,18 @@ class Request(CitySettings, SystemSettings):
         "measured",
         "weather",
         "irradiance with the sun below 2°: kept as measured, or neglected",
-        kind="choice",
         choices={
             "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",
             "neglect": "Left out, as in the paper",
         },
     )
-    year: int = setting(
-        2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
-    )
+    year: int = setting(2021, "weather", "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
     weather_seed: int = setting(
-        0, "weather", "seed of the days and hours of the built-in climate", kind="integer", metavar="N", least=0
+        0, "weather", "seed of the days and hours of the built-in climate", metavar="N", least=0
     )
     # the light
     preset: str = setting(
-        "standard",
-        "light",
-        "a set of samples, suns and patches; other options take precedence",
-        kind="choice",
-        choices=PRESET_WORDS,
+        "standard", "light", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
     )
     target_error: float | None = setting(
         None,
@@ -132,7 +115,6 @@ class Request(CitySettings, SystemSettings):
         0.25,
         "light",
         "albedo of the buildings: share of the light that they reflect",
-        kind="number",
         title="Albedo",
         panel="trace",
         metavar="A",
@@ -143,7 +125,6 @@ class Request(CitySettings, SystemSettings):
         0.25,
         "light",
         "albedo of the ground: share of the light that it reflects",
-        kind="number",
         title="Ground albedo",
         panel="trace",
         metavar="A",
@@ -172,43 +153,26 @@ class Request(CitySettings, SystemSettings):
         "distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or angles (azimuth,elevation; PVGIS)",
         metavar="FILE",
     )
-    sky: str = setting(
-        "auto",
-        "sky",
-        "model of the diffuse sky",
-        kind="choice",
-        title="Sky",
-        panel="trace",
-        choices=SKIES,
-    )
+    sky: str = setting("auto", "sky", "model of the diffuse sky", title="Sky", panel="trace", choices=SKIES)
     estimator: str = setting(
-        "gather", "light", "how light is traced", kind="choice", title="Estimator", panel="trace", choices=ESTIMATORS
+        "gather", "light", "how light is traced", title="Estimator", panel="trace", choices=ESTIMATORS
     )
     samples: int = setting(
         256,
         "light",
         "hemisphere rays per patch; forward: photons per patch from each source",
-        kind="integer",
         title="Sky rays",
         panel="sampling",
         metavar="N",
         least=4,
     )
     shadow_samples: int = setting(
-        16,
-        "light",
-        "shadow rays per patch and sun",
-        kind="integer",
-        title="Sun rays",
-        panel="sampling",
-        metavar="M",
-        least=1,
+        16, "light", "shadow rays per patch and sun", title="Sun rays", panel="sampling", metavar="M", least=1
     )
     patch_size: float | None = setting(
         10.0,
         "light",
         "longest edge of a patch, the unit that reflects light; smaller is more accurate and slower",
-        kind="number",
         title="Patch size",
         panel="classify",
         unit="m",
@@ -218,13 +182,13 @@ class Request(CitySettings, SystemSettings):
         subtype="DISTANCE",
     )
     leaf_area_density: float = setting(
-        1.0, "light", "leaf area density of trees in leaf, one-sided", kind="number", unit="m²/m³", metavar="D", least=0
+        1.0, "light", "leaf area density of trees in leaf, one-sided", unit="m²/m³", metavar="D", least=0
     )
     branch_area_density: float = setting(
-        0.2, "light", "branch area density of bare trees", kind="number", unit="m²/m³", metavar="D", least=0
+        0.2, "light", "branch area density of bare trees", unit="m²/m³", metavar="D", least=0
     )
     leaf_extinction: float = setting(
-        0.5, "light", "extinction coefficient of leaves; 0.5: random angles", kind="number", metavar="K", above=0
+        0.5, "light", "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0
     )
     leaf_months: str = setting("auto", "light", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
     crown_transmittance: float | None = setting(
@@ -240,18 +204,13 @@ class Request(CitySettings, SystemSettings):
         "eligible",
         "light",
         "surfaces that are sampled in full; the others send a quarter of the rays",
-        kind="choice",
-        choices={
-            "eligible": "Eligible surfaces and flat roofs",
-            "all": "All surfaces, sampled alike",
-        },
+        choices={"eligible": "Eligible surfaces and flat roofs", "all": "All surfaces, sampled alike"},
     )
     effects: dict = setting({}, "effects", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
     seed: int = setting(
         0,
         "light",
         "seed of the rays; the same seed gives the same results",
-        kind="integer",
         title="Seed",
         panel="sampling",
         metavar="N",

@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 from .errors import InputError
 
+NUMBERS = {int: "integer", float: "number"}
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -12,7 +14,7 @@ class Setting:
     group: str  # city, surfaces, weather, electricity, light, effects or run: selects the commands that have it
     words: str  # help text, for --help and tooltips
     # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
-    kind: str = "text"
+    kind: str
     title: str = ""  # label in Blender's panel; "" if a property of another type replaces it there
     unit: str = ""
     option: str | None = None  # on the command line; None: the field's name; "": no option
@@ -26,9 +28,10 @@ class Setting:
     subtype: str = "NONE"  # of Blender's property
 
 
-def setting(default, group, words, **details):
-    """A field of Request: its default, and the further fields of `Setting`."""
-    metadata = {"setting": Setting(group, words, **details)}
+def setting(default, group, words, *, kind=None, **details):
+    """A field of Request: its default, and the further fields of `Setting`; choices and numbers tell their kind."""
+    own = "choice" if "choices" in details else NUMBERS.get(type(default), "text")
+    metadata = {"setting": Setting(group, words, kind or own, **details)}
     if isinstance(default, dict):
         return field(default_factory=default.copy, metadata=metadata)
     return field(default=default, metadata=metadata)

@@ -40,7 +40,6 @@ class SystemSettings:
         None,
         "electricity",
         "all settings as in the paper (docs/reference/method_paper.md); other options take precedence",
-        kind="choice",
         choices=METHODS,
     )
     module: str = setting(
@@ -55,20 +54,16 @@ class SystemSettings:
         "auto",
         "electricity",
         "mounting of the modules, which determines the cell temperature",
-        kind="choice",
         title="Mounting",
         panel="energy",
         choices=MOUNTINGS,
     )
-    iam: str = setting(
-        "module", "electricity", "incidence angle modifier of direct light", kind="choice", choices=INCIDENCE_LAWS
-    )
+    iam: str = setting("module", "electricity", "incidence angle modifier of direct light", choices=INCIDENCE_LAWS)
     diffuse_iam: bool = setting(False, "electricity", "incidence angle modifier of diffuse light, too", kind="switch")
     losses: float = setting(
         11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
         "electricity",
         "DC energy lost to soiling, mismatch, wiring, first sunlight, tolerances and outages",
-        kind="number",
         title="Losses",
         panel="energy",
         unit="%",
@@ -87,19 +82,12 @@ class SystemSettings:
         none="none",
     )
     dc_ac_ratio: float = setting(
-        1.0,
-        "electricity",
-        "nominal power of modules over that of the inverter",
-        kind="number",
-        metavar="R",
-        above=0,
-        most=10,
+        1.0, "electricity", "nominal power of modules over that of the inverter", metavar="R", above=0, most=10
     )
     hidden_walls: str = setting(
         "leave-out",
         "electricity",
         "whether wall area that a neighbour covers counts",
-        kind="choice",
         title="Hidden walls",
         panel="energy",
         choices=HIDDEN_WALLS,
@@ -108,7 +96,6 @@ class SystemSettings:
         CLEARANCES[1],
         "electricity",
         "room that a module needs before it, up to a face turned against it",
-        kind="number",
         title="Clearance",
         panel="energy",
         unit="m",
@@ -119,13 +106,12 @@ class SystemSettings:
         "8",
         "surfaces",
         "azimuths that count: all, in eight sectors, or those of the paper",
-        kind="choice",
         title="Sectors",
         panel="classify",
         choices=SECTORS,
     )
     overhangs: str = setting(
-        "leave-out", "electricity", "whether walls that lean outward are facades", kind="choice", choices=OVERHANGS
+        "leave-out", "electricity", "whether walls that lean outward are facades", choices=OVERHANGS
     )
     usable: dict = setting(
         {},
