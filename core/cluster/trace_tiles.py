@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..effects.beyond_scene import terrain_alone
-from ..effects.reflections import count_surely
+from ..effects.rays import count_surely
 from ..light.prepare_scene import PreparedScene
 from ..patches.read_albedo import name_brdfs
 from ..results.transfer_file import read_transfer

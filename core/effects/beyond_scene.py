@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..sun.horizon import TerrainHorizon, is_above
+from ..sun.horizon import UP, TerrainHorizon, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
 from ..sun.sky_models import split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
-from ..sun.terrain_loss import UP, first_light, light_behind, lost_sky, sum_direct, sunlit_year
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import NO_SUNS, Effect, TracePlan
 

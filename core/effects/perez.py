@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..sun.horizon import UP, first_light, sunlit_year
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import sun_direction
-from ..sun.terrain_loss import UP, first_light, sunlit_year
 from .effect import Effect
 
 KEY = "perez"

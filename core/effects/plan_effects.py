@@ -3,12 +3,11 @@
 from functools import partial
 
 from ..settings.progress import describe_duration, silent
-from . import perez, reflections
+from . import perez
 from .beyond_scene import decide_far_ground, decide_terrain
 from .effect import Inputs
 from .plain_rules import OF_MODULES, decide_of_modules, decide_specular, decide_trees
-from .rays import decide_shadow, decide_sky
-from .receivers import decide_receivers, decide_reflectors
+from .rays import decide_receivers, decide_reflections, decide_reflectors, decide_shadow, decide_sky
 from .table import PLANNING, TABLE, check_effects, check_needs
 
 RULES = {
@@ -17,7 +16,7 @@ RULES = {
     "shadow-rays": decide_shadow,
     "terrain-horizon": decide_terrain,
     "receivers": decide_receivers,
-    "reflections": reflections.decide,
+    "reflections": decide_reflections,
     "reflectors": decide_reflectors,
     "far-ground": decide_far_ground,
     "perez": perez.decide,

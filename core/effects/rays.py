@@ -1,11 +1,14 @@
-"""`sky-rays` and `shadow-rays`: what stands between the patches and the sky, and between them and the suns.
+"""Which patches send how many rays, `sky-rays`, `shadow-rays`, `receivers` and `reflectors`, and `reflections`.
 
 Patches with nothing in front of their plane send no hemisphere rays, since what they see has a closed form
-(`closed_form`); they see every sun in front of it. Suns behind the plane are never seen.
+(`closed_form`); they see every sun in front of it. Suns behind the plane are never seen. Surfaces whose numbers are
+wanted get all rays, the others as many as the reflections need of them. Generated ground that no ray from the city
+meets stays out of the matrix of form factors.
 """
 
 import numpy as np
 
+from ..city.scene import FAR, OWN
 from .closed_form import find_unobstructed
 from .effect import Effect
 
@@ -70,3 +73,129 @@ def reason_of(unobstructed):
     if unobstructed.all():
         return "nothing stands in front of any patch"
     return "nothing stands in front of the others" if unobstructed.any() else "something stands in front of all of them"
+
+
+RECEIVERS, REFLECTORS, REFLECTIONS = "receivers", "reflectors", "reflections"
+FEWER = 4  # times fewer rays from the others
+ENOUGH = 64  # of them to resolve the light of 16 elements
+FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
+HARDLY_SEEN = 0.25  # share of a patch's hemisphere that receivers fill
+
+
+def decide_receivers(inputs):
+    """All rays for eligible surfaces, flat roofs and racks; a quarter of them for all others."""
+    request, count = inputs.request, len(inputs.patches)
+    if request.estimator == "forward":
+        return Effect(RECEIVERS, False, "photons on all surfaces", "photons fall wherever they fall", 0.0)
+    every = f"all rays from all {count:,} patches"
+    if not inputs.asked(RECEIVERS, request.report == "eligible"):
+        return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
+    surfaces, halo = inputs.scene.surfaces, inputs.scene.halo
+    wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
+    full = np.append(wanted, False)[inputs.scene.triangle_surface] & inputs.patches.receives
+    full = full if halo is None else full & (halo == OWN)
+    others = int((inputs.patches.receives & ~full).sum())
+    if not others or not (full & inputs.patches.receives).any():
+        return Effect(RECEIVERS, False, every, "they are of one kind", 0.0)
+    inputs.plan.receivers = full
+    extent = f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} patches"
+    reason = "they are ground, downward or not eligible, and only pass light on"
+    # Nothing is passed on to receivers that nothing stands in front of.
+    return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
+
+
+def decide_reflectors(inputs):
+    """Ground that no ray from a surface of the city meets needs no rays of its own."""
+    if inputs.request.estimator == "forward":
+        return Effect(REFLECTORS, False, "all surfaces", "photons fall wherever they fall", 0.0)
+    if not inputs.plan.reflections:
+        return Effect(REFLECTORS, False, "none", "nothing is reflected", 0.0)
+    if not inputs.asked(REFLECTORS, inputs.request.report == "eligible"):
+        return Effect(REFLECTORS, False, "all patches", "switched off", 0.0)
+    only, halo = inputs.scene.triangle_surface < 0, inputs.scene.halo
+    only = only if halo is None else only | (halo == FAR)  # of a tile also what lies far from it
+    ground = int((only & inputs.patches.receives).sum())
+    if not ground:
+        return Effect(REFLECTORS, False, "all patches", "the ground is not generated", 0.0)
+    inputs.plan.optional = only
+    rays = inputs.request.samples * int((~only & inputs.patches.receives).sum())
+    # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
+    bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
+    words = f"of {ground:,} patches of generated ground only those that a ray from the city meets"
+    return Effect(REFLECTORS, True, words, "ground that no surface sees reflects no light onto any", bound)
+
+
+def fewer_rays(samples):
+    """Hemisphere rays from each of the others."""
+    return min(samples, max(ENOUGH, samples // FEWER))
+
+
+def fewer_points(points):
+    """Shadow points of each of the others that look at one sun: a quarter, but no fewer than four."""
+    return points // FEWER if points >= FEWER**2 else points
+
+
+def choose_turns(full, ground, filled, points):
+    """One in how many of its shadow points looks at one sun, in turn, for each patch.
+
+    All of those of receivers, a quarter of those of others, a sixteenth of those of generated ground that receivers
+    hardly see: it has no numbers of its own, and noise of what it passes on counts with the light that it passes on.
+
+    Parameters
+    ----------
+    full : (p,) bool or None
+        Receivers; None: all patches.
+    ground : (p,) bool
+        Generated ground.
+    filled : (p,) float32 or None
+        Share of each patch's hemisphere that receivers fill.
+    points : int
+        Shadow points of a receiver.
+
+    Returns
+    -------
+    (p,) int or None
+        None: all points of all patches.
+    """
+    if full is None or fewer_points(points) == points:
+        return None
+    turns = np.where(full, 1, FEWER)
+    return turns if filled is None else np.where(ground & ~full & (filled < HARDLY_SEEN), FEWER**2, turns)
+
+
+WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out
+GROUP_LIMIT = 0.005  # of those of one kind and orientation
+MOST_BOUNCES = 50
+NO_BOUNCE = "no bounce, no matrix"
+
+
+def decide_reflections(inputs):
+    """How many bounces: as asked, or None: until the solver finds that next to no light is left."""
+    request = inputs.request
+    brightest = max(float(inputs.patches.albedo.max(initial=0)), inputs.far_ground_albedo)
+    count = request.max_bounces
+    if brightest == 0 and not inputs.asked(REFLECTIONS):
+        inputs.plan.max_bounces = 0
+        return Effect(REFLECTIONS, False, NO_BOUNCE, "every albedo is 0", 0.0, share=0.0)
+    if not inputs.asked(REFLECTIONS, count != 0):
+        inputs.plan.max_bounces = 0
+        return Effect(REFLECTIONS, False, NO_BOUNCE, "switched off", bound_beyond(0, brightest))
+    if count:
+        words = f"{count} bounce{'s' if count != 1 else ''}"
+        inputs.plan.max_bounces = count
+        return Effect(REFLECTIONS, True, words, "as asked", bound_beyond(count, brightest))
+    words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
+    inputs.plan.max_bounces = None
+    return Effect(REFLECTIONS, True, words, "the light that is still on its way tells", GROUP_LIMIT)
+
+
+def bound_beyond(count, brightest):
+    """The largest share of light beyond a number of bounces: ρⁿ⁺¹/(1 - ρ) of the first light; None: no bound exists."""
+    return brightest ** (count + 1) / (1 - brightest) if brightest < 1 else None
+
+
+def count_surely(brightest):
+    """The fewest bounces beyond which that bound is below WHOLE_LIMIT, at most MOST_BOUNCES."""
+    if brightest >= 1:
+        return MOST_BOUNCES
+    return next((n for n in range(1, MOST_BOUNCES) if bound_beyond(n, brightest) <= WHOLE_LIMIT), MOST_BOUNCES)

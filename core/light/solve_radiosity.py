@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
+from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
 from ..settings.errors import check_array
 from ..settings.threads import work_in_slices
 from .form_factor_products import multiply, multiply_starts, propagate

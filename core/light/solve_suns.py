@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..effects.receivers import choose_turns
+from ..effects.rays import choose_turns
 from ..rays.random_numbers import mix
 from ..settings.progress import CancelledError
 from ..settings.threads import work_in_slices

@@ -14,7 +14,7 @@ from scipy import sparse
 from ..city.scene import Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..effects.effect import TracePlan
-from ..effects.receivers import fewer_rays
+from ..effects.rays import fewer_rays
 from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES

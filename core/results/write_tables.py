@@ -6,7 +6,7 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..energy.building_power import compute_building_power
+from ..energy.compute_energy import compute_building_power
 from ..energy.energy import split_years
 from ..energy.pv_system import build_system
 from ..settings.system_settings import BUILDINGS

@@ -8,7 +8,7 @@ from radiosity import bowl
 from scenes import run_gather, suns_towards
 from small_city import house, write_gml, write_small_city
 
-from citypv.core.effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
+from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene

@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 from transfers import Horizons
 
-from citypv.core.energy.building_power import compute_building_power
-from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.compute_energy import compute_building_power, compute_energy
 from citypv.core.energy.energy import exceeded_energy, sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.write_buildings import write_buildings

@@ -11,10 +11,9 @@ from citypv.core.commands.plain_scenes import room
 from citypv.core.patches.brdfs import Lambertian, Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
-from citypv.core.photons import trace_sources
 from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
-from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
-from citypv.core.photons.scatter import leave_patches
+from citypv.core.photons.follow_photons import Photons, Tally, Target, leave_patches, meet_fronts, reflect_photons
+from citypv.core.photons.trace_forward import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.settings.errors import InputError
 
@@ -129,7 +128,7 @@ def test_standard_error_is_that_of_the_noise():
     for seed in range(150):
         transfer = trace(tilted_square(60), suns_towards([[0, 0, 1]]), samples=1600, seed=seed, threads=1)
         quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
-    assert stats.kstest(np.concatenate(quotients), "t", args=(trace_sources.PHOTON_REPLICATES - 1,)).pvalue > 0.01
+    assert stats.kstest(np.concatenate(quotients), "t", args=(PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
 
 

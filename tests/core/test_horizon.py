@@ -16,10 +16,9 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon import STEPS, TerrainHorizon, elevation_at, is_above
+from citypv.core.sun.horizon import STEPS, TerrainHorizon, elevation_at, is_above, lost_sky
 from citypv.core.sun.read_horizon import read_horizon_table
 from citypv.core.sun.sun_sampling import hourly_suns
-from citypv.core.sun.terrain_loss import lost_sky
 from citypv.core.weather.read_weather import read_weather
 
 HOUR = pd.Timedelta(hours=1)

@@ -7,7 +7,7 @@ from test_closed_forms import direct_relative
 from test_tracing import SUNS, three_houses
 from weathers import HOUR, year_of
 
-from citypv.core.effects.receivers import choose_turns
+from citypv.core.effects.rays import choose_turns
 from citypv.core.light.shadow_points import split_net
 from citypv.core.rays.sample_points import grid_of
 from citypv.core.sun.sun_sampling import choose_suns

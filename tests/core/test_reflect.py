@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from citypv.core.effects.reflections import MOST_BOUNCES
+from citypv.core.effects.rays import MOST_BOUNCES
 from citypv.core.light.solve_radiosity import Exchange, find_bounces, iterate_bounces, solve_radiosity
 from citypv.core.light.traced import FormFactors, Rows, leave_rows
 

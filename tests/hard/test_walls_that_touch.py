@@ -17,7 +17,7 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
 from citypv.core.patches.fates_of_rays import meets_back
 from citypv.core.patches.find_covered import lie_in_earth
-from citypv.core.photons.scatter import leave_patches
+from citypv.core.photons.follow_photons import leave_patches
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
