@@ -32,29 +32,27 @@ def check_transfer(transfer):
     surfaces, count, suns = transfer.surfaces, len(transfer.surfaces), len(transfer.suns)
     normal = check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
     check_unit("normal", normal[normal.any(axis=1)])  # zero for surfaces without area
-    check_array("area", surfaces.area, (count,), least=0)
     check_array("eligible", surfaces.eligible, (count,), kind="b")
     for name in ("kind", "orientation"):
         if np.shape(getattr(surfaces, name)) != (count,):
             raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
-    for name in SHARES:
-        check_array(name, getattr(transfer, name), (count,), least=0, most=1 + UNIT)
-    if transfer.no_room is not None:
-        check_array("no_room", transfer.no_room, (count, len(transfer.clearances)), least=0, most=1 + UNIT)
-    check_array("diffuse_relative", transfer.diffuse_relative, (count,), least=0)
-    check_per_sun("visible_share", transfer.visible_share, (count, suns), most=1 + UNIT)
-    check_per_sun("direct_reflected", transfer.direct_reflected, (count, suns))
+    numbers = {"area": surfaces.area, "diffuse_relative": transfer.diffuse_relative}
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
         error = np.asarray(getattr(transfer, name))
-        known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
-        check_array(name, known, (count,), least=0)
+        numbers[name] = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
+    shares = {name: getattr(transfer, name) for name in SHARES}
     for name, light in transfer.sources.items():
         for field, values in vars(light).items():
-            most = {"most": 1 + UNIT} if field == "view_factor" else {}
-            check_array(SOURCES[name].variable(field), values, (count,), least=0, **most)
+            (shares if field == "view_factor" else numbers)[SOURCES[name].variable(field)] = values
+    for name, values in (numbers | shares).items():
+        check_array(name, values, (count,), least=0, **{"most": 1 + UNIT} if name in shares else {})
+    if transfer.no_room is not None:
+        check_array("no_room", transfer.no_room, (count, len(transfer.clearances)), least=0, most=1 + UNIT)
+    check_per_sun("visible_share", transfer.visible_share, (count, suns), most=1 + UNIT)
+    check_per_sun("direct_reflected", transfer.direct_reflected, (count, suns))
     for name in ERROR_PARTS if transfer.error_parts is not None else ():
-        values = getattr(transfer.error_parts, name)
-        check_array(name, values, (count, "r") if name.endswith("passed_on") else (count,))
+        shape = (count, "r") if name.endswith("passed_on") else (count,)
+        check_array(name, getattr(transfer.error_parts, name), shape)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
 

@@ -19,7 +19,7 @@ from .energy import Energy, HourlySeries, join_seasons, kwp_of_hours, states_of_
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
-from .standard_errors import standard_errors_of_hours
+from .standard_errors import carry_to_hours, standard_errors_of_hours
 from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
@@ -84,9 +84,8 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    errors, *errors_of_means = standard_errors_of_hours(
-        transfer, weather, full_load_hours, poa, years, groups=groups, sky=parts
-    )
+    parts_of_errors = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=parts)
+    errors, errors_of_means, error_of_all = standard_errors_of_hours(parts_of_errors, groups)
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
         direct_relative_annual_standard_error=np.asarray(transfer.direct_annual_standard_error, float),
@@ -101,9 +100,9 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
-        group_standard_error=errors_of_means[0],
+        group_standard_error=errors_of_means,
         group_dc=np.where(electric, sums.dc * hour / years, 0.0) @ groups.weight,
-        sampling_error=errors_of_means[1],
+        sampling_error=error_of_all,
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,

@@ -13,24 +13,14 @@ from .energy import states_of_year
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
 
-def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, *, groups, sky):
+def standard_errors_of_hours(errors, groups):
     """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
-
-    Errors of irradiance are converted proportionally; that of the direct part is taken as that of its mean weighted
-    with the suns. Over the surfaces of a group, own noise adds up as for independent numbers; errors of light that
-    other surfaces re-emit, and discretisation errors, add up with their signs; and so does the error of sun sampling,
-    which is that of the group's pilot patches.
 
     Parameters
     ----------
-    transfer : Transfer
-        Its record has the error of sun sampling if it was measured.
-    weather : Weather
-    full_load_hours, poa, years
-        As in `carry_to_hours`.
+    errors : HourErrors
+        Of n surfaces.
     groups : Groups
-    sky : SkyParts
-        Of the weather.
 
     Returns
     -------
@@ -41,19 +31,12 @@ def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, *, 
     whole : float
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
-    errors = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=sky)
-    own, passed_on, discretisation = errors.own, errors.passed_on, errors.discretisation
-    surfaces = np.sqrt(own + variance_of_mean(passed_on) + discretisation**2 + errors.rms**2)
-    means = np.zeros(len(groups.names))
-    for column, name in enumerate(groups.names):
-        members = groups.weight[:, column] > 0
-        weight = groups.weight[members, column]
-        suns = sun_sampling_share(transfer.record, name, "bias") * (weight @ full_load_hours[members])
-        variance = noise_of_mean(weight, own[members], passed_on[members])
-        means[column] = np.sqrt(variance + (weight @ discretisation[members]) ** 2 + suns**2)
-    weight = groups.weight @ (groups.area / max(groups.area.sum(), np.finfo(float).tiny))
-    counted = weight > 0
-    return surfaces, means, float(np.sqrt(noise_of_mean(weight[counted], own[counted], passed_on[counted])))
+    surfaces = errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
+    rows, label = np.nonzero(groups.weight)
+    means = add_errors(errors, rows, groups.weight[rows, label], label, len(groups.names))
+    weight = groups.weight[rows, label] * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
+    whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
+    return np.sqrt(surfaces), means, float(np.sqrt(whole))
 
 
 def noise_of_mean(weight, own, passed_on):
@@ -69,8 +52,6 @@ def noise_of_mean(weight, own, passed_on):
 
 def errors_of_sums(transfer, weather, energy, weights, label):
     """Standard errors of weighted sums of surfaces' full load hours, as of buildings.
-
-    As for groups, but of the error of sun sampling only the bias of kind and orientation is common to surfaces.
 
     Parameters
     ----------
@@ -88,17 +69,33 @@ def errors_of_sums(transfer, weather, energy, weights, label):
     list of numpy.ndarray, (label.max() + 1,)
         For each of the weights; NaN where the error of a surface is unknown.
     """
-    errors = errors_of_energy(transfer, weather, energy)
+    errors, count = errors_of_energy(transfer, weather, energy), label.max(initial=-1) + 1
+    rows = [np.flatnonzero(weight > 0) for weight in weights]
+    return [add_errors(errors, some, one[some], label[some], count) for some, one in zip(rows, weights, strict=True)]
+
+
+def add_errors(errors, rows, weight, label, count):
+    """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
+
+    Own noise adds up as of independent numbers; errors of light that other surfaces re-emit, and discretisation errors,
+    add up with their signs; so does the bias of sun sampling of a kind and orientation, the rest of whose error is each
+    surface's own.
+
+    Parameters
+    ----------
+    errors : HourErrors
+    rows : numpy.ndarray, (k,) int
+        The surfaces.
+    weight : numpy.ndarray, (k,)
+    label : numpy.ndarray, (k,) int
+        Sum that each belongs to.
+    count : int
+    """
+    add = partial(np.bincount, label, minlength=count)
     apart = errors.own + np.maximum(errors.rms**2 - errors.bias**2, 0.0)
-    count, found = label.max(initial=-1) + 1, []
-    for weight in weights:
-        rows = np.flatnonzero(weight > 0)
-        share = weight[rows]
-        add = partial(np.bincount, label[rows], minlength=count)
-        common = np.stack([add(share * replicate[rows]) for replicate in errors.passed_on.T], axis=1)
-        signed = add(share * errors.discretisation[rows]) ** 2 + add(share * errors.bias[rows]) ** 2
-        found.append(np.sqrt(add(share**2 * apart[rows]) + variance_of_mean(common) + signed))
-    return found
+    common = np.stack([add(weight * replicate) for replicate in errors.passed_on[rows].T], axis=1)
+    signed = add(weight * errors.discretisation[rows]) ** 2 + add(weight * errors.bias[rows]) ** 2
+    return np.sqrt(add(weight**2 * apart[rows]) + variance_of_mean(common) + signed)
 
 
 @dataclass

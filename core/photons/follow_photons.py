@@ -339,15 +339,6 @@ def scatter(patches, places, directions, draws, brdfs):
 
 
 def draw_for_photons(key, number, bounce):
-    """Random numbers of photons at a bounce: (m, NUMBERS) float32.
-
-    Parameters
-    ----------
-    key : uint64
-        Of the source.
-    number : (m,) int64
-        Index of the photon among all of its source.
-    bounce : int
-    """
+    """Random numbers, (m, NUMBERS) float32, of photons by their indices, (m,) int64, in a source with a key."""
     own = mix(key + mix(number.astype(np.uint64) ^ STREAM))
     return uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)

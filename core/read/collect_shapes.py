@@ -1,12 +1,8 @@
-"""Collect the polygons of one CityJSON object from its geometries, surface by surface with their semantics.
-
-What cannot be used is reported.
-"""
+"""Collect the polygons of one CityJSON object from its geometries, and report those that cannot be used."""
 
 import re
 from collections import Counter
 from dataclasses import dataclass, replace
-from itertools import chain, repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +11,7 @@ from ..city.city import Polygon
 from ..settings.errors import InputError
 from .collect_polygons import Anchor
 from .open_input import LARGEST_COORDINATE, clean_name
+from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
 SOURCES = ("surface", "solid", "multisurface")  # in order of preference between geometries of the same LoD
@@ -245,184 +242,3 @@ def _read_anchor(geometry, vertices):
     if matrix is None or not 0 <= boundaries[0] < len(vertices) or (matrix[12:] != [0, 0, 0, 1]).any():
         return None
     return Anchor(matrix.reshape(4, 4), vertices[boundaries[0]])
-
-
-LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix
-# Nesting depth of the surfaces of a geometry type, less one.
-DEPTHS = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
-INTERIOR = {"InteriorWallSurface", "CeilingSurface", "FloorSurface"}
-CLASSES = INTERIOR | {
-    "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
-    "Window", "Door",
-}  # fmt: skip
-
-
-@dataclass
-class Transform:
-    """Coordinates are scale times vertex, plus translate."""
-
-    scale: np.ndarray  # (3,) float64
-    translate: np.ndarray  # (3,) float64
-
-
-def read_transform(path, line, value):
-    """Transform of a CityJSON object, or None if it has none.
-
-    Raises
-    ------
-    InputError
-        It is not three scale factors, none of them 0, and three offsets.
-    """
-    if value is None:
-        return None
-    members = value if isinstance(value, dict) else {}
-    scale, translate = (read_numbers(members.get(name), 3) for name in ("scale", "translate"))
-    if scale is None or translate is None or not scale.all():
-        problem = f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
-        raise InputError(path, problem, "correct it, or export the file again")
-    return Transform(scale, translate)
-
-
-def read_numbers(value, count):
-    """A list of numbers as an array, or None if it is anything else or a number is too large."""
-    if not isinstance(value, list) or len(value) != count or not {int, float}.issuperset(map(type, value)):
-        return None
-    return np.array(value, float) if all(abs(number) <= LARGEST_NUMBER for number in value) else None
-
-
-def read_vertices(path, line, value, transform=None, name="vertices"):
-    """Coordinates of vertices.
-
-    Parameters
-    ----------
-    path : path-like
-    line : int
-        First line of the JSON text of the vertices.
-    value : object
-        As in the file; None means no vertices.
-    transform : Transform, optional
-    name : str
-        Of the list, for error messages.
-
-    Returns
-    -------
-    points : array, (n, 3) float64
-        In the units of the file.
-    whole : bool
-        True if all numbers are integers.
-
-    Raises
-    ------
-    InputError
-        Names the first vertex that is not three finite numbers of plausible size.
-    """
-    value = [] if value is None else value
-    if not isinstance(value, list):
-        raise InputError(path, f"line {line}: {name} is not a list", "give a list of three numbers for each vertex")
-    numbers = _to_array(value)
-    if numbers is None:
-        first = next(k for k, vertex in enumerate(value) if _to_array([vertex]) is None)
-        raise InputError(path, f"line {line}: vertex {first} of {name} is not three numbers", "correct or remove it")
-    with np.errstate(over="ignore", invalid="ignore"):
-        points = numbers if transform is None else numbers * transform.scale + transform.translate
-    wrong = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)  # also true for NaN
-    if wrong.any():
-        problem = f"vertex {wrong.argmax()} of {name} is not finite or beyond {LARGEST_COORDINATE:g}"
-        raise InputError(path, f"line {line}: {problem}", "correct it, or the transform")
-    return points, bool((numbers == np.round(numbers)).all())
-
-
-def _to_array(value):
-    """Rows of three numbers, or None; True and False do not count as numbers."""
-    if not value:
-        return np.empty((0, 3))
-    if set(map(type, value)) != {list} or set(map(len, value)) != {3}:
-        return None
-    if not {int, float}.issuperset(map(type, chain.from_iterable(value))):
-        return None
-    try:
-        return np.array(value, float)
-    except OverflowError:  # an integer too large for a float
-        return np.array([[max(min(number, 1e300), -1e300) for number in row] for row in value])
-
-
-class Surface(NamedTuple):
-    """One surface of a geometry."""
-
-    rings: object  # as in the file
-    semantics: dict  # its semantic object, or an empty one
-    inner: bool  # in a shell that bounds a cavity
-
-
-def walk_boundaries(geometry):
-    """Surfaces of one geometry with their semantics.
-
-    Parameters
-    ----------
-    geometry : dict
-        With a type in DEPTHS, ``boundaries`` and optionally ``semantics``.
-
-    Returns
-    -------
-    surfaces : list of Surface
-    matching : bool
-        False if the semantics are not nested like the boundaries; those that can be assigned are kept.
-
-    Raises
-    ------
-    ValueError
-        The boundaries are not nested as the type requires.
-    """
-    depth, semantics = DEPTHS[geometry["type"]], geometry.get("semantics")
-    found = list(_walk(geometry.get("boundaries"), depth))
-    values, kinds, matching = None, [], semantics is None
-    if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list):
-        values, kinds = semantics.get("values"), semantics["surfaces"]
-        matching = _nested_alike(values, geometry["boundaries"], depth)
-    leaves = [] if matching else _leaves(values)
-    if len(leaves) != len(found):  # else nested differently, but one per surface: their order is clear
-        leaves = [_find_value(values, place) for _, place in found]
-    known = [type(leaf) is int and 0 <= leaf < len(kinds) and isinstance(kinds[leaf], dict) for leaf in leaves]
-    surfaces = [
-        Surface(rings, kinds[leaf] if sound else {}, depth > 0 and place[-2] > 0)
-        for (rings, place), leaf, sound in zip(found, leaves, known, strict=True)
-    ]
-    return surfaces, matching and all(sound or leaf is None for sound, leaf in zip(known, leaves, strict=True))
-
-
-def _walk(boundaries, depth, place=()):
-    """Each surface, and its place in the nested lists."""
-    if not isinstance(boundaries, list):
-        raise ValueError("boundaries not nested as required by the geometry type")
-    for k, below in enumerate(boundaries):
-        if depth:
-            yield from _walk(below, depth - 1, (*place, k))
-        else:
-            yield below, (*place, k)
-
-
-def _nested_alike(values, boundaries, depth):
-    """Whether there is a value for each surface; null may stand for all those of a shell."""
-    if depth < 0:
-        return not isinstance(values, list)
-    alike = isinstance(values, list) and len(values) == len(boundaries)
-    return values is None or (alike and all(map(_nested_alike, values, boundaries, repeat(depth - 1))))
-
-
-def _find_value(values, place):
-    """Value at a place in nested lists, None if there is none."""
-    for k in place:
-        values = values[k] if isinstance(values, list) and k < len(values) else None
-    return values
-
-
-def _leaves(values):
-    """All items that are not lists, in order; without recursion, since a file may be nested to any depth."""
-    leaves, stack = [], [values]
-    while stack:
-        value = stack.pop()
-        if isinstance(value, list):
-            stack.extend(reversed(value))
-        else:
-            leaves.append(value)
-    return leaves

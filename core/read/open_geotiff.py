@@ -139,17 +139,8 @@ def open_geotiff(path, file):
 
     size = int(np.prod(blocks.shape)) * kind.itemsize
     matrix = matrix_of_page(page, keys, Path(path))
-    return Raster(
-        path,
-        page.imagewidth,
-        page.imagelength,
-        matrix,
-        crs,
-        told["unittype"] or unit,
-        size,
-        blocks.shape[0],
-        read_cells,
-    )
+    unit = told["unittype"] or unit
+    return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, blocks.shape[0], read_cells)
 
 
 class Blocks:
@@ -157,8 +148,7 @@ class Blocks:
 
     def __init__(self, file, page):
         self.file, self.page = file, page
-        rows, columns = (page.tilelength, page.tilewidth) if page.is_tiled else (page.rowsperstrip, page.imagewidth)
-        rows = rows if page.is_tiled else min(rows, page.imagelength)
+        rows, columns = page.chunks[:2]
         apart = page.planarconfig == 2  # the samples of a cell lie apart: those of the first are read
         self.shape = rows, columns, 1 if apart else page.samplesperpixel
         self.across = -(-page.imagewidth // columns)

@@ -11,11 +11,12 @@ from pathlib import Path
 from ..city.city import FileContent
 from ..settings.errors import InputError
 from ..settings.progress import ignore_share
-from .collect_shapes import Owner, Shapes, Templates, collect_shapes, read_transform, read_vertices
+from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
 from .open_input import clean_name
 from .parse_json import READ, iterate_json
 from .read_relief import collect_json_relief
+from .walk_boundaries import read_transform, read_vertices
 
 VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
 MOST_NAMED = 5  # in a note

@@ -8,9 +8,10 @@ from ..city.terrain import Layer, Terrain
 from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
 from ..settings.errors import InputError
 from .collect_polygons import read_numbers
-from .collect_shapes import DEPTHS, find_fault, read_lod, read_rings, walk_boundaries
+from .collect_shapes import find_fault, read_lod, read_rings
 from .open_input import LARGEST_COORDINATE, clean_name
 from .parse_xml import iterate_elements
+from .walk_boundaries import DEPTHS, walk_boundaries
 
 BAD_TRIANGLE = "terrain surface that is not a triangle with heights"
 INSIDE = ("Building", "Bridge", "Tunnel")  # their triangles are no terrain

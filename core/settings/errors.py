@@ -32,6 +32,12 @@ def count_of(number, noun, write="{:,}".format):
     return f"{write(number)} {noun}{'' if number == 1 else 's'}"
 
 
+def first_true(mask):
+    """Index of the first true element of a mask, (n,) bool; None if there is none."""
+    found = np.flatnonzero(mask)
+    return int(found[0]) if len(found) else None
+
+
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
 UNIT = 1e-3  # tolerance of the length of unit vectors
 MOST_SEED = 2**32 - 1
@@ -76,11 +82,11 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
     # Compared so that NaN fails too.
     if kind != "b" and values.size and not (values.min() >= least and values.max() <= most):
         inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
-        first = int(np.flatnonzero(~inside)[0])
+        first = first_true(~inside)
         cure = f"give finite {noun} from {least:g} to {most:g}"
         words, wrong = row(first) if callable(row) else f"{row} {first}", values[first].ravel()
         # Of a long row, the first value that is out of range.
-        column = int(np.flatnonzero(~((wrong >= least) & (wrong <= most)))[0])
+        column = first_true(~((wrong >= least) & (wrong <= most)))
         told = f"is {values[first]}" if wrong.size <= 4 else f"holds {wrong[column]} in column {column}"
         raise InputError(name, f"{words} {told}", cure)
     return values
@@ -101,8 +107,7 @@ def check_triangles(vertices, triangles):
     vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
     triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=np.inf, least=-np.inf)
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
-        outside = ((triangles < 0) | (triangles >= len(vertices))).any(axis=1)
-        first = int(np.flatnonzero(outside)[0])
+        first = first_true(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
         problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
         raise InputError("triangles", problem, "check the indices")
     return vertices, triangles
@@ -117,9 +122,7 @@ def check_unit(name, values):
     values : (n, 3) float
     """
     values = check_array(name, values, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
-    wrong = np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
+    if (first := first_true(np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT)) is not None:
         raise InputError(name, f"row {first} is {values[first]}", "give unit vectors")
     return values
 

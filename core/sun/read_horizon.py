@@ -18,7 +18,7 @@ from ..city.find_ground import find_ground
 from ..read.open_input import open_input
 from ..read.read_heights import open_placed, read_heights
 from ..read.read_terrain import RASTERS, RELIEFS
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
@@ -168,9 +168,8 @@ def read_horizon_table(path):
         azimuth, elevation = angles_of_text(path, text)
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
-    bad = ~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST)  # also true for NaN
-    if bad.any():
-        row = int(np.flatnonzero(bad)[0])
+    # Compared so that NaN fails too.
+    if (row := first_true(~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST))) is not None:
         problem = f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of range"
         raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
     order = np.argsort(azimuth % 360, kind="stable")

@@ -151,7 +151,7 @@ def choose_share(parts):
     return share
 
 
-def clear_irradiance(zenith, middle, place, altitude, pressure):
+def clear_irradiance(zenith, middle, turbidity, altitude, pressure):
     """Irradiance under a clear sky.
 
     Parameters
@@ -159,8 +159,8 @@ def clear_irradiance(zenith, middle, place, altitude, pressure):
     zenith : (t,) float64
         Apparent zenith angle [°].
     middle : pandas.DatetimeIndex, (t,)
-    place : tuple of two float
-        Latitude and longitude [°], for pvlib's monthly Linke turbidity.
+    turbidity : float or (t,) float64
+        Of Linke: 2 in very clean, dry air; pvlib knows that of each place and month.
     altitude : float
         [m]
     pressure : float or (t,) float64
@@ -178,7 +178,6 @@ def clear_irradiance(zenith, middle, place, altitude, pressure):
     """
     angle = pd.Series(np.asarray(zenith, float), index=middle)
     airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(angle), pressure)
-    turbidity = pvlib.clearsky.lookup_linke_turbidity(middle, *place)
     extra = pvlib.irradiance.get_extra_radiation(middle)
     sky = pvlib.clearsky.ineichen(angle, airmass, turbidity, altitude, extra, perez_enhancement=False)
     return sky[["ghi", "dhi", "dni"]].fillna(0.0)

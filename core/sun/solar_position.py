@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..settings.errors import InputError, check_array
+from ..settings.errors import InputError, check_array, first_true
 
 POSITION = ["solar_zenith", "apparent_zenith", "solar_azimuth"]  # columns of `solar_position`
 MINIMUM_ELEVATION = 2.0  # [°] apparent; below it direct light is not traced (paper, section 2.2)
@@ -50,8 +50,7 @@ def check_times(times, interval, shortest=SECOND):
         raise InputError("times", f"a {type(times).__name__}", "give a pandas.DatetimeIndex with a time zone")
     if times.tz is None:
         raise TypeError("times have no time zone; see pandas.DatetimeIndex.tz_localize")
-    if times.hasnans:
-        first = int(np.flatnonzero(times.isna())[0])
+    if (first := first_true(times.isna())) is not None:
         raise InputError("times", f"row {first} is not a time", "leave it out or fill it in")
     if not (isinstance(interval, pd.Timedelta) and shortest <= interval <= DAY):
         raise InputError("interval", f"{interval!r}", f"give a pandas.Timedelta from {shortest} to {DAY}")

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import KDTree
 
-from ..settings.errors import UNIT, InputError, check_array, check_unit
+from ..settings.errors import UNIT, InputError, check_array, check_unit, first_true
 
 TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
 BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
@@ -58,9 +58,7 @@ def check_suns(suns):
     name = "direction of the suns"
     check_array("weight of the suns", suns.weight, (len(np.asarray(suns.direction)),), least=0, most=1 + UNIT)
     direction = check_unit(name, suns.direction)
-    low = direction[:, 2] < BELOW_HORIZON
-    if low.any():
-        first = int(np.flatnonzero(low)[0])
+    if (first := first_true(direction[:, 2] < BELOW_HORIZON)) is not None:
         problem = f"row {first} is {direction[first]}, below the horizon"
         raise InputError(name, problem, "leave out suns below the horizon")
 

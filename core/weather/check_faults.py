@@ -76,7 +76,7 @@ def cut_days(year):
     columns = {
         "ghi": data["ghi"],
         "extra": pvlib.irradiance.get_extra_radiation(middle).to_numpy() * sine,
-        "clean": clean_sky(year, middle),
+        "clean": clear_sky_of(year, CLEAN_TURBIDITY)["ghi"].to_numpy(),
         "moment": data["ghi"] * noon,
     }
     local = (middle + pd.Timedelta(hours=year.longitude / 15)).normalize()
@@ -84,14 +84,10 @@ def cut_days(year):
     return days.assign(middle=days["moment"] / np.maximum(days["ghi"], 1e-9))
 
 
-def clean_sky(year, middle):
-    """GHI [Wm⁻²] under a very clean, dry sky (Ineichen and Perez)."""
-    zenith = pd.Series(year.data["apparent_zenith"].to_numpy(), index=middle)
-    relative = pvlib.atmosphere.get_relative_airmass(zenith)
-    airmass = pvlib.atmosphere.get_absolute_airmass(relative, year.data["pressure"].to_numpy())
-    extra = pvlib.irradiance.get_extra_radiation(middle)
-    sky = pvlib.clearsky.ineichen(zenith, airmass, CLEAN_TURBIDITY, year.altitude, extra)
-    return sky["ghi"].fillna(0.0).to_numpy()
+def clear_sky_of(year, turbidity):
+    """Irradiance under a clear sky in each interval, as of `clear_irradiance`."""
+    data, middle = year.data, year.data.index + year.interval / 2
+    return clear_irradiance(data["apparent_zenith"], middle, turbidity, year.altitude, data["pressure"].to_numpy())
 
 
 def check_dark_days(days, source):
@@ -162,9 +158,8 @@ def check_direct(year, source):
     data = year.data
     sine = np.maximum(np.cos(np.radians(data["apparent_zenith"].to_numpy())), 0.0)
     middle = data.index + year.interval / 2
-    place = year.latitude, year.longitude
-    clear = clear_irradiance(data["apparent_zenith"], middle, place, year.altitude, data["pressure"].to_numpy())
-    ratio = data["dni"].to_numpy() / np.maximum(clear["dni"].to_numpy(), 1.0)
+    turbidity = pvlib.clearsky.lookup_linke_turbidity(middle, year.latitude, year.longitude)
+    ratio = data["dni"].to_numpy() / np.maximum(clear_sky_of(year, turbidity)["dni"].to_numpy(), 1.0)
     low = (sine > LOW_SUN[0]) & (sine < LOW_SUN[1])
     high = sine > max(np.quantile(sine[sine > 0], 0.85), LOW_SUN[1])
     if min(low.sum(), high.sum()) < FEWEST:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
 from .check_faults import check_diffuse, check_faults, check_summer_time, cut_days
@@ -63,10 +63,10 @@ def check_weather(record):
         raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
     interval = check_time_axis(record.data.index, record.source)
     for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
-        unknown = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
-        if len(unknown):
-            place = f"{record.columns.get(name, name)} is missing at {record.data.index[unknown[0]]}"
-            raise InputError(record.source, f"{place} ({len(unknown)} values in total)", "fill the missing values")
+        unknown = ~np.isfinite(record.data[name].to_numpy(dtype=float))
+        if (first := first_true(unknown)) is not None:
+            place = f"{record.columns.get(name, name)} is missing at {record.data.index[first]}"
+            raise InputError(record.source, f"{place} ({unknown.sum()} values in total)", "fill the missing values")
     check_values(record.data, record.columns, record.source, lowest_only=True)
     return interval
 
@@ -91,9 +91,8 @@ def check_time_axis(times, source):
     if len(times) < 2:
         raise InputError(source, f"{len(times)} time stamps", "give at least one full year of hourly weather")
     step = times[1:] - times[:-1]
-    disorder = np.flatnonzero(step <= pd.Timedelta(0))
-    if len(disorder):
-        problem = f"the time {times[disorder[0] + 1]} is repeated or out of order"
+    if (first := first_true(step <= pd.Timedelta(0))) is not None:
+        problem = f"the time {times[first + 1]} is repeated or out of order"
         raise InputError(source, problem, "sort the times and remove duplicates")
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
@@ -149,9 +148,7 @@ def check_values(data, columns, source, *, lowest_only=False, cure=None):
     for name in [name for name in LIMITS if name in data]:
         lowest, highest, unit = LIMITS[name]
         values = data[name].to_numpy(dtype=float)
-        outside = np.flatnonzero((values < lowest) | ((values > highest) & (not lowest_only)))
-        if len(outside):
-            first = outside[0]
+        if (first := first_true((values < lowest) | ((values > highest) & (not lowest_only)))) is not None:
             problem = f"{columns.get(name, name)} is {values[first]:g} {unit} at {data.index[first]}"
             raise InputError(source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}")
 
@@ -170,9 +167,8 @@ def check_negative(given, year, source):
     day, notes = is_sunny(year.data["apparent_zenith"].to_numpy()), []
     for name, column in given.items():
         values, words = column.to_numpy(float), year.columns[name]
-        wrong = np.flatnonzero(day & (values < LEAST_BY_DAY))
-        if len(wrong):
-            problem = f"{words} is {values[wrong[0]]:g} Wm⁻² at {given.index[wrong[0]]}, by day"
+        if (first := first_true(day & (values < LEAST_BY_DAY))) is not None:
+            problem = f"{words} is {values[first]:g} Wm⁻² at {given.index[first]}, by day"
             raise InputError(source, problem, f"give values from {LEAST_BY_DAY:g} Wm⁻²")
         small = values < PACKED
         if small.any():

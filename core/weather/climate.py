@@ -84,7 +84,8 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     times = hours_of_year(year)
     zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
     pressure = pvlib.atmosphere.alt2pres(altitude)
-    data = clear_irradiance(zenith, times + INTERVAL / 2, (latitude, longitude), altitude, pressure).set_axis(times)
+    turbidity = pvlib.clearsky.lookup_linke_turbidity(times + INTERVAL / 2, latitude, longitude)
+    data = clear_irradiance(zenith, times + INTERVAL / 2, turbidity, altitude, pressure).set_axis(times)
     data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
     label = f"clear sky {year} (upper bound)"
     return Record(data, latitude, longitude, altitude, "clear-sky", label)

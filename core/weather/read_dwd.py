@@ -9,7 +9,7 @@ import pandas as pd
 import pyproj
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from .weather import TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
@@ -49,8 +49,7 @@ def read_dwd(path, place=None):
     rows = [line for line in lines if re.match(r"\s*\d", line)]
     table = read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": ("p",)})
     hours = pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None)[0].to_numpy()
-    if not (hours == np.arange(1, len(hours) + 1)).all():
-        first = int(np.flatnonzero(hours != np.arange(1, len(hours) + 1))[0])
+    if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
         raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
     year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
     if year is None:
@@ -119,12 +118,10 @@ def read_try(path, place=None):
     names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
     rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
     table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": ("p",), "hour": ("HH",), "day": ("DD",)})
-    day_and_hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
+    day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
     times = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
-    wrong = (day_and_hour[0] != times.day) | (day_and_hour[1] != times.hour + 1)
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
-        problem = f"row {first + 1} is of day {day_and_hour[0][first]:.0f}, hour {day_and_hour[1][first]:.0f}"
+    if (first := first_true((day != times.day) | (hour != times.hour + 1))) is not None:
+        problem = f"row {first + 1} is of day {day[first]:.0f}, hour {hour[first]:.0f}"
         raise InputError(path, problem, "give every hour of the year in order")
     table.index = times - ZONE
     if place is None:

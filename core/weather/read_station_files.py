@@ -13,7 +13,7 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import open_text, read_text
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from .weather import Record, coerce_year, read_numbers
 
 # Column of the file, and our variable; units of the TMY3 stand in its names. Years of other sources in that format have
@@ -147,8 +147,7 @@ def read_starts(path, table):
     days = pd.to_datetime(table[DATE], format="%m/%d/%Y", errors="coerce")
     parts = table[TIME].astype(str).str.extract(r"^\s*(\d{1,2}):(\d{2})").astype(float)
     ends = days + pd.to_timedelta(60.0 * parts[0] + parts[1], unit="min")
-    if ends.isna().any():
-        row = int(ends.isna().to_numpy().argmax())
+    if (row := first_true(ends.isna())) is not None:
         problem = f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date and a time"
         raise InputError(path, problem, "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut")
     ends = pd.DatetimeIndex(ends)
@@ -183,8 +182,7 @@ def read_psm(path):
         data["pressure"] *= PASCALS[place.get("Pressure Units", "mbar").strip().lower()]
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
     stamps = pd.to_datetime(parts, errors="coerce")
-    if stamps.isna().any():
-        row = int(stamps.isna().to_numpy().argmax())
+    if (row := first_true(stamps.isna())) is not None:
         raise InputError(path, f"row {row + 1} has no valid date and time", "download the file again; it may be cut")
     data.index = pd.DatetimeIndex(stamps).tz_localize(int(3600 * float(place["Time Zone"])))
     data, typical = coerce_year(data)

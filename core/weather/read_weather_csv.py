@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from .weather import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
@@ -78,14 +78,11 @@ def read_times(path, column):
         In UTC.
     """
     column = column.fillna("")
-    naive = ~column.str.contains(UTC_OFFSET)
-    if naive.any():
-        row = int(naive.to_numpy().argmax())
+    if (row := first_true(~column.str.contains(UTC_OFFSET))) is not None:
         problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) has no time zone"
         raise InputError(path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00")
     times = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
-    if times.isna().any():
-        row = int(times.isna().to_numpy().argmax())
+    if (row := first_true(times.isna())) is not None:
         problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a time"
         raise InputError(path, problem, "write times as 2021-01-01T00:00+01:00")
     return pd.DatetimeIndex(times)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, first_true
 from ..sun.suns import TimeAxis
 
 IRRADIANCES = ("ghi", "dhi", "dni")
@@ -142,9 +142,7 @@ def read_numbers(path, column):
     numpy.ndarray, (t,)
     """
     numbers = pd.to_numeric(column, errors="coerce")
-    words = numbers.isna() & column.notna()
-    if words.any():
-        row = int(words.to_numpy().argmax())
+    if (row := first_true(numbers.isna() & column.notna())) is not None:
         problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number"
         raise InputError(path, problem, "correct it")
     return numbers.to_numpy(dtype=float)

@@ -13,7 +13,7 @@ from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, leave_patches, meet_fronts, reflect_photons
-from citypv.core.photons.trace_forward import PHOTON_REPLICATES
+from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.settings.errors import InputError
 

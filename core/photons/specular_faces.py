@@ -1,0 +1,184 @@
+"""Light from faces that do not reflect by Lambert's law: photons that start there, with their first such reflection.
+
+       sun
+         ↘  shadow ray      Every path with a reflection at a mirror, a glossy face or glass has a first one. Photons
+    ●     ↘                 start there: at points of these faces that see the sun, or with a ray that looks for what
+  ↗ wall   ▌ mirror         the face receives from the sky, the far ground and other faces. From the reflection on they
+↗    ↙ ↙ ↙ ▌                are followed as any photons are.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..patches.fates_of_rays import meets_back
+from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.ray_scene import HitPlaces
+from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
+from .emit_photons import low_discrepancy
+from .follow_photons import (
+    QUANTUM,
+    Photons,
+    Tally,
+    draw_for_photons,
+    end_in_crowns,
+    leave_patches,
+    meet_fronts,
+    reflect_photons,
+    scatter,
+)
+
+NOTHING, SKY, FAR_GROUND = -3, -2, -1  # what a ray from a face meets, if not a patch
+
+
+@dataclass
+class Batch:
+    """Photons of one set of random numbers."""
+
+    key: np.uint64
+    numbers: range  # indices of photons, counted over all replicates
+    per_replicate: int
+
+    @property
+    def number(self):
+        """Indices: (m,) int64."""
+        return np.arange(self.numbers.start, self.numbers.stop)
+
+
+def place_on_faces(faces, power, batch, dimensions):
+    """Points of faces with a density in proportion to their power.
+
+    Parameters
+    ----------
+    faces : (f,) int
+        Patches.
+    power : (f,) float64
+    batch : Batch
+    dimensions : int
+        Random numbers per photon, at least 2.
+
+    Returns
+    -------
+    places : HitPlaces
+    numbers : (m, dimensions - 2) float64
+        Those not used.
+    """
+    replicate, place = np.divmod(batch.number, batch.per_replicate)
+    numbers = low_discrepancy(batch.key, replicate, place, dimensions)
+    bounds = np.cumsum(power) / power.sum()
+    lit = np.flatnonzero(power)
+    # The first number selects the face in proportion to its power; rescaled, it is uniform again.
+    row = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
+    width = power[row] / power.sum()
+    along = np.clip((numbers[:, 0] - (bounds[row] - width)) / width, 0, 1)
+    return HitPlaces(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
+
+
+def photons_of_sun(target, faces, power, direction, batch):
+    """Photons of a sun, reflected at faces that see it.
+
+    Parameters
+    ----------
+    target : Target
+    faces : (f,) int
+        Patches that do not reflect by Lambert's law.
+    power : (f,) float64 [m²]
+        Of each, area times the cosine of incidence.
+    direction : (3,) float32
+        Towards the sun.
+    batch : Batch
+
+    Returns
+    -------
+    Photons
+        Their weight is the reflected share; those in the dark are left out.
+    """
+    places, _ = place_on_faces(faces, power, batch, 2)
+    level = np.zeros((3, len(places[0])))
+    origins, _ = leave_patches(target.patches, places, level)
+    open_place = ~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]
+    seen = np.flatnonzero(open_place)
+    seen = seen[~target.ray_scene.trace_blocked(origins[seen], np.asarray(direction, np.float32))]
+    beyond = HitPlaces(np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen)))
+    towards = np.broadcast_to(np.asarray(direction, np.float32), (len(seen), 3))
+    seen = seen[~end_in_crowns(target, origins[seen], towards, beyond)]
+    travel = np.broadcast_to(-np.asarray(direction, np.float32), (len(seen), 3))
+    return reflect_first(target, batch, places.take(seen), travel, seen)
+
+
+def photons_of_surroundings(target, faces, batch, is_sky):
+    """Photons that bring light of everything around to faces and are reflected there; per radiosity.
+
+    Parameters
+    ----------
+    target, faces, batch
+        As in `photons_of_sun`.
+    is_sky : callable
+        Which directions, (m, 3), belong to the sky rather than to the ground.
+
+    Returns
+    -------
+    Photons
+    origin : (m,) int
+        Of all photons of the batch: the patch from which the light comes, SKY, FAR_GROUND or NOTHING.
+    directions : (m, 3) float32
+        From which it comes.
+    """
+    patches = target.patches
+    places, numbers = place_on_faces(faces, patches.area[faces], batch, 4)
+    towards = np.stack(cosine_direction(numbers[:, 0], numbers[:, 1]))
+    origins, directions = leave_patches(patches, places, towards)
+    hits = target.ray_scene.trace_places(origins, directions)
+    met = hits.triangle
+    origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
+    origin[(met >= 0) & (meets_back(patches, met, directions) | ~patches.receives[met])] = NOTHING
+    origin[target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]] = NOTHING
+    origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
+    some = np.flatnonzero(origin != NOTHING)
+    photons = reflect_first(target, batch, places.take(some), -directions[some], some)
+    return photons, origin, directions
+
+
+def reflect_first(target, batch, places, travel, chosen):
+    """Photons after their reflection at places of faces, on which they arrived in directions `travel`."""
+    number = batch.number[chosen]
+    draws = draw_for_photons(batch.key, number, 0)
+    origins, directions, share = scatter(target.patches, places, travel, draws, target.brdfs)
+    weight = np.rint(share / QUANTUM) * QUANTUM
+    row = number // batch.per_replicate
+    return Photons(origins, directions, weight, number, row).take(weight > 0)
+
+
+def follow_reflected(target, key, photons, last):
+    """Follow photons that were reflected once, and tell where they arrive.
+
+    Parameters
+    ----------
+    target : Target
+    key : uint64
+        Of their random numbers.
+    photons : Photons
+    last : (m,) int
+        How often each photon may be reflected further.
+
+    Yields
+    ------
+    photons : Photons
+    surface : (k,) int
+        At which each of them arrives; `surface_count` for patches without surface.
+    """
+    photons, last = photons.take(last >= 0), last[last >= 0]
+    if not len(last):
+        return
+    most, first, tally = int(last.max()), int(photons.number.min()), Tally()
+    limit = np.zeros(int(photons.number.max()) - first + 1, int)
+    limit[photons.number - first] = last
+    for bounce in range(most + 1):
+        photons, places = meet_fronts(target, photons, tally)
+        yield photons, target.surface[places[0]]
+        row, double = target.ray_scene.find_doubles(places)
+        if len(row):
+            yield photons.take(row), target.surface[double]
+        if bounce < most:
+            photons = reflect_photons(target, key, photons, places, bounce + 1)
+            photons = photons.take(limit[photons.number - first] > bounce)
