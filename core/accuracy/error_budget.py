@@ -3,9 +3,10 @@
 import numpy as np
 
 from ..city.classify import ORIENTATIONS, SECTOR
-from ..effects.perez import change_unshaded
+from ..effects.beyond_scene import change_unshaded
 from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampling_share
 from ..settings.progress import describe_duration
+from ..sun.solar_position import sun_direction
 from .refine import rounds_needed
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area, seconds_of_rounds, split_errors
 
@@ -68,9 +69,8 @@ def shares_of_sky_model(weather, names, ground_albedo):
     """Yearly irradiance of unshaded planes of some kinds and orientations by Perez over isotropic, less 1."""
     known = [name for name in names if name[0] in TILTS and name[1] in AZIMUTHS]
     planes = np.array([(TILTS[kind], AZIMUTHS[orientation]) for kind, orientation in known]).reshape(-1, 2).T
-    return dict.fromkeys(names) | dict(
-        zip(known, change_unshaded(weather, *planes, ground_albedo).tolist(), strict=True)
-    )
+    change = change_unshaded(weather, sun_direction(*planes), ground_albedo)
+    return dict.fromkeys(names) | dict(zip(known, change.tolist(), strict=True))
 
 
 def budget_surfaces(errors):

@@ -3,8 +3,7 @@
 from functools import partial
 
 from ..settings.progress import describe_duration, silent
-from . import perez
-from .beyond_scene import decide_far_ground, decide_terrain
+from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Inputs
 from .plain_rules import OF_MODULES, decide_of_modules, decide_specular, decide_trees
 from .rays import decide_receivers, decide_reflections, decide_reflectors, decide_shadow, decide_sky
@@ -19,7 +18,7 @@ RULES = {
     "reflections": decide_reflections,
     "reflectors": decide_reflectors,
     "far-ground": decide_far_ground,
-    "perez": perez.decide,
+    "perez": decide_perez,
     "specular": decide_specular,
     **{key: partial(decide_of_modules, key=key) for key in OF_MODULES},
 }

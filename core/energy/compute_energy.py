@@ -81,6 +81,8 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     sums = sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress)
     years = count_years(weather)
     hour = weather.interval / pd.Timedelta(hours=1)
+    capacity_factor = np.zeros((len(weather.data), len(groups.names)))
+    capacity_factor[task.hours.interval] = sums.capacity_factor
     by_month = np.where(electric[:, None], sums.by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
@@ -103,7 +105,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         group_standard_error=errors_of_means,
         group_dc=np.where(electric, sums.dc * hour / years, 0.0) @ groups.weight,
         sampling_error=error_of_all,
-        capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
+        capacity_factor=capacity_factor,
         years=years,
         longitude=weather.longitude,
         **{name: getattr(counted, name) for name in AREAS},
@@ -210,13 +212,6 @@ def compute_series(task, rows, count):
     return HourlySeries(rows, *values)
 
 
-def spread_hours(values, hours, count):
-    """Values of the h hours with light, (h, g), on the whole time axis, 0 in the dark: (count, g)."""
-    series = np.zeros((count, values.shape[1]))
-    series[hours.interval] = values
-    return series
-
-
 def count_years(weather):
     """Number of years of the weather: whole ones, or a fraction if it is shorter than one."""
     span = len(weather.data) * weather.interval / YEAR
@@ -254,22 +249,12 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
         task = prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
 
         def run(rows, task=task):
-            return sum_buildings_of_block(task, rows, kwp[rows], building[rows])
+            members, own = np.unique(building[rows], return_inverse=True)
+            share = np.where(own[:, None] == np.arange(len(members)), kwp[rows, None], 0.0)
+            return sum_block(task.block(rows, share), task.hours, task.curves).capacity_factor
 
         # The matrix products are small: BLAS threads would only wait for each other.
         with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
             for block, found in zip(blocks, pool.map(run, blocks), strict=True):
                 power[np.ix_(task.hours.interval, np.unique(building[block]))] += found
     return names, power
-
-
-def sum_buildings_of_block(task, rows, kwp, building):
-    """Power of the buildings of some surfaces, (m,) in the order of the buildings: (h, b of the block) [kW]."""
-    block, first = task.block(rows, np.zeros((len(rows), 0))), np.flatnonzero(np.diff(building, prepend=-1))
-    power = np.zeros((len(task.hours), len(first)), np.float32)
-    for start, stop in task.hours.chunks():
-        part = task.hours.rows(start, stop)
-        projection, direct = direct_part(block, part)
-        ac = task.curves.ac(run_model(task.curves, block, part, direct, projection)[-1])
-        power[start:stop] = np.add.reduceat(ac * kwp, first, axis=1)
-    return power

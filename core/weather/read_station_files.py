@@ -1,4 +1,5 @@
-"""Files of weather stations: EnergyPlus weather (EPW), and TMY3 and PSM of the US National Solar Radiation Database.
+"""Tables of weather stations: EnergyPlus weather (EPW), TMY3 and PSM of the US National Solar Radiation Database, and
+plain csv.
 
 Each reader takes the path of a file, which may be gz-compressed, and returns a Record.
 """
@@ -16,27 +17,26 @@ from ..read.open_input import open_text, read_text
 from ..settings.errors import InputError, first_true
 from .weather import Record, coerce_year, read_numbers
 
-# Column of the file, and our variable; units of the TMY3 stand in its names. Years of other sources in that format have
+# Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources in that format have
 # a subset of its columns.
 EPW = {
-    "Global Horizontal Radiation": "ghi",
-    "Diffuse Horizontal Radiation": "dhi",
-    "Direct Normal Radiation": "dni",
-    "Dry Bulb Temperature": "temp_air",
-    "Wind Speed": "wind_speed",
-    "Atmospheric Station Pressure": "pressure",
+    "ghi": "Global Horizontal Radiation",
+    "dhi": "Diffuse Horizontal Radiation",
+    "dni": "Direct Normal Radiation",
+    "temp_air": "Dry Bulb Temperature",
+    "wind_speed": "Wind Speed",
+    "pressure": "Atmospheric Station Pressure",
 }
-PVLIB = {"Atmospheric Station Pressure": "atmospheric_pressure"}  # pvlib's name of a column of EPW, where not ours
 TMY3 = {
-    "GHI (W/m^2)": "ghi",
-    "DHI (W/m^2)": "dhi",
-    "DNI (W/m^2)": "dni",
-    "Dry-bulb (C)": "temp_air",
-    "Wspd (m/s)": "wind_speed",
-    "Pressure (mbar)": "pressure",
+    "ghi": "GHI (W/m^2)",
+    "dhi": "DHI (W/m^2)",
+    "dni": "DNI (W/m^2)",
+    "temp_air": "Dry-bulb (C)",
+    "wind_speed": "Wspd (m/s)",
+    "pressure": "Pressure (mbar)",
 }
-PSM = {"GHI": "ghi", "DHI": "dhi", "DNI": "dni", "Temperature": "temp_air", "Wind Speed": "wind_speed"}
-PSM |= {"Pressure": "pressure"}
+PSM = {"ghi": "GHI", "dhi": "DHI", "dni": "DNI", "temp_air": "Temperature", "wind_speed": "Wind Speed"}
+PSM |= {"pressure": "Pressure"}
 
 # Missing values are at or above these numbers, or at or below that one.
 EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
@@ -66,7 +66,7 @@ def read_epw(path):
     text = read_text(path)
     check_width(path, text)
     table, place = pvlib.iotools.read_epw(io.StringIO(text))
-    table = table.rename(columns={PVLIB.get(name, ours): name for name, ours in EPW.items()})
+    table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
     data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
     for name, mark in EPW_MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
@@ -84,7 +84,7 @@ def read_epw(path):
         notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")
     label = f"EPW {path.name} ({place['city'].strip()}{', typical year' if typical else ''})"
     place = place["latitude"], place["longitude"], place["altitude"]
-    return Record(data, *place, str(path), label, notes, {ours: name for name, ours in EPW.items()})
+    return Record(data, *place, str(path), label, notes, EPW)
 
 
 def check_width(path, text):
@@ -98,11 +98,11 @@ def check_width(path, text):
 
 
 def take_columns(path, table, names, missing=None):
-    """Those of our variables that a table has, by `names` (the file's name -> ours); pressure in the file's unit.
+    """Those of our variables that a table has, by `names` (ours -> the file's name); pressure in the file's unit.
 
     Numbers at or below `missing` are missing values; a column without any value is as good as none.
     """
-    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in names.items() if name in table})
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for ours, name in names.items() if name in table})
     return data if missing is None else data.dropna(axis=1, how="all").mask(data <= missing)
 
 
@@ -134,8 +134,7 @@ def read_tmy3(path):
     data.index = data.index.tz_convert("UTC")
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
     label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
-    columns = {ours: name for name, ours in TMY3.items()}
-    return Record(data, latitude, longitude, altitude, str(path), label, columns=columns)
+    return Record(data, latitude, longitude, altitude, str(path), label, columns=TMY3)
 
 
 def read_starts(path, table):
@@ -190,5 +189,82 @@ def read_psm(path):
     data.index = data.index.tz_convert("UTC") - interval / 2
     label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
     latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
-    columns = {ours: name for name, ours in PSM.items()}
-    return Record(data, latitude, longitude, altitude, str(path), label, columns=columns)
+    return Record(data, latitude, longitude, altitude, str(path), label, columns=PSM)
+
+
+NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
+COMMAS = "write commas between columns, and points in numbers"
+UTC_OFFSET = r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$"
+
+
+def read_weather_csv(path, latitude, longitude, altitude):
+    """Read a csv whose first column is the start of each interval, with its UTC offset, and whose names are pvlib's.
+
+    Columns: two or three of ghi, dhi, dni [Wm⁻²]; temp_air [°C]; wind_speed [ms⁻¹]; optionally pressure [Pa]. Lines
+    that start with # are skipped.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+    latitude, longitude : float
+        Place of the weather [°], which is not in the file.
+    altitude : float
+        Of that place [m].
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    text = read_text(path)
+    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    if header.count(",") < 2 and re.search(r"[;\t]", header):
+        raise InputError(path, "its columns are separated by other signs than commas", COMMAS)
+    try:
+        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
+    except pd.errors.ParserError as error:
+        problem = f"a row has more fields than the header ({' '.join(str(error).split('error: ')[-1].split())})"
+        raise InputError(path, problem, COMMAS) from error
+    given = [str(name).strip() for name in table.iloc[0]]
+    names = [name.lower() if name.lower() in NAMES else name for name in given]
+    twice = [name for name in NAMES if names.count(name) > 1]
+    if twice:
+        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
+    table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
+    if table.empty:
+        raise InputError(path, "the table has no rows", "give a header and one row for each interval")
+    names = [name for name in NAMES if name in table]
+    if not names:
+        problem = f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather variable"
+        raise InputError(path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure")
+    times = read_times(path, table.iloc[:, 0])
+    data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
+    columns = dict(zip(table.columns, given, strict=True))
+    return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}", columns=columns)
+
+
+def read_times(path, column):
+    """Parse time stamps with UTC offsets.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    column : pandas.Series of str
+        First column of the table.
+
+    Returns
+    -------
+    pandas.DatetimeIndex, (t,)
+        In UTC.
+    """
+    column = column.fillna("")
+    if (row := first_true(~column.str.contains(UTC_OFFSET))) is not None:
+        problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) has no time zone"
+        raise InputError(path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00")
+    times = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
+    if (row := first_true(times.isna())) is not None:
+        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a time"
+        raise InputError(path, problem, "write times as 2021-01-01T00:00+01:00")
+    return pd.DatetimeIndex(times)

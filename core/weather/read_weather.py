@@ -15,8 +15,7 @@ from .climate import clear_sky, climate
 from .read_dwd import read_dwd, read_try
 from .read_era5 import read_era5
 from .read_pvgis import download_pvgis, read_pvgis
-from .read_station_files import read_epw, read_psm, read_tmy3
-from .read_weather_csv import read_weather_csv
+from .read_station_files import read_epw, read_psm, read_tmy3, read_weather_csv
 from .weather import change_record, join_records
 
 CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-aware times, climate, pvgis or clear-sky"

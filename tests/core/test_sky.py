@@ -11,7 +11,7 @@ from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, sun
 from thorough import THOROUGH
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
-from citypv.core.effects.perez import surfaces_that_count
+from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.merge_transfers import merge_transfers

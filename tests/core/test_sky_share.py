@@ -10,7 +10,7 @@ from weathers import HOUR
 
 from citypv.core.accuracy.effect_shares import share_of_sky, state_shares
 from citypv.core.city.build_scene import build_scene
-from citypv.core.effects.perez import bound_change
+from citypv.core.effects.beyond_scene import bound_change
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.request import Request
