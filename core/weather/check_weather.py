@@ -12,8 +12,7 @@ import pandas as pd
 from ..settings.errors import InputError, first_true
 from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
-from .check_faults import check_diffuse, check_faults, check_summer_time, cut_days
-from .check_irradiance import check_given, check_irradiance
+from .check_faults import check_diffuse, check_faults, check_given, check_irradiance, check_summer_time, cut_days
 from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
 
