@@ -5,7 +5,6 @@ CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..city.city import FileContent
@@ -114,28 +113,33 @@ class _Reading:
         self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
 
     def _add_objects(self, objects, shapes, line, report_share):
-        families, content = find_families(objects), self.content
-        for name in families.broken:
-            content.skip("city object is not a JSON object or has no type", clean_name(name))
-        for name in families.orphans:
-            words = "parts or installations have no parent building; they are read as buildings"
-            shapes.remark(words, clean_name(name))
-        self.others += families.others
-        self.extensions += families.extensions
-        building = {name: len(content.buildings) + k for k, name in enumerate(families.buildings)}
-        part = {name: content.part_count + k + 1 for k, name in enumerate(families.parts)} | {None: 0}
-        content.buildings += [clean_name(name) for name in families.buildings]
-        content.part_count += len(families.parts)
+        (kinds, families), content = find_families(objects), self.content
+        buildings = [name for name, (top, _) in families.items() if top == name]
+        parts = [name for name in families if objects[name]["type"] == "BuildingPart"]
+        for name, kind in kinds.items():
+            if kind == "no object":
+                content.skip("city object is not a JSON object or has no type", clean_name(name))
+            elif kind in ("other", "extended building"):
+                (self.others if kind == "other" else self.extensions)[objects[name]["type"]] += 1
+        for name in buildings:
+            if kinds[name] in ("member", "extension"):
+                words = "parts or installations have no parent building; they are read as buildings"
+                shapes.remark(words, clean_name(name))
+        building = {name: len(content.buildings) + k for k, name in enumerate(buildings)}
+        part = {name: content.part_count + k + 1 for k, name in enumerate(parts)} | {None: 0}
+        content.buildings += [clean_name(name) for name in buildings]
+        content.part_count += len(parts)
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 report_share(READ + (DRAWN - READ) * number / len(objects))
-            if name in families.owner:
+            if name in families:
+                top, own = families[name]
                 kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
-                place = building[families.owner[name]], part[families.part[name]]
+                place = building[top], part[own]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
-            elif name in families.plants:
+            elif kinds[name] == "plant":
                 collect_json_tree(one, name, shapes, line)
-            elif name in families.reliefs:
+            elif kinds[name] == "relief":
                 collect_json_relief(one, name, shapes.vertices, content)
             if isinstance(one, dict):
                 one.pop("geometry", None)  # frees memory
@@ -226,22 +230,6 @@ EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
 INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
 
-@dataclass
-class Families:
-    """Objects of one JSON text that hold geometry of buildings, in input order."""
-
-    buildings: list = field(default_factory=list)  # names
-    parts: list = field(default_factory=list)  # names of parts
-    owner: dict = field(default_factory=dict)  # name of a building, part, … -> name of its building
-    part: dict = field(default_factory=dict)  # the same -> name of the part it is, or belongs to, or None
-    orphans: list = field(default_factory=list)  # parts and the like without a parent building: treated as buildings
-    broken: list = field(default_factory=list)  # names of what is no object
-    plants: set = field(default_factory=set)  # names of SolitaryVegetationObjects and PlantCovers
-    reliefs: set = field(default_factory=set)  # names of TINReliefs
-    others: Counter = field(default_factory=Counter)  # type -> number of objects not read
-    extensions: Counter = field(default_factory=Counter)  # extension type -> number read as buildings
-
-
 def find_families(objects):
     """Sort city objects into buildings, their parts and installations, and objects that are not read.
 
@@ -256,9 +244,13 @@ def find_families(objects):
 
     Returns
     -------
-    Families
+    kinds : dict
+        Name -> building, extended building (of an extension type), member, extension, relief, plant, other, no object.
+    families : dict
+        Name of each building, part and installation -> name of its building, and of the part that it is or belongs to,
+        or None.
     """
-    families, kinds = Families(), {name: classify_object(one) for name, one in objects.items()}
+    kinds, families = {name: classify_object(one) for name, one in objects.items()}, {}
     above = {
         name: [parent for parent in _names(objects[name], "parents") if kinds.get(parent) in FAMILY]
         for name, kind in kinds.items()
@@ -270,16 +262,16 @@ def find_families(objects):
         for child in _names(objects[name], "children"):
             if child in lost and child != name:
                 above[child].append(name)
-    for name, kind in kinds.items():
-        if kind == "no object":
-            families.broken.append(name)
-        elif kind in ("relief", "plant"):
-            (families.reliefs if kind == "relief" else families.plants).add(name)
-        elif kind == "other":
-            families.others[objects[name]["type"]] += 1
-        else:
-            _settle(name, kind, objects, above, families)
-    return families
+    for name in [name for name, kind in kinds.items() if kind in FAMILY]:
+        one = objects[name]
+        if kinds[name] == "extension" and not above[name] and not _names(one, "parents"):
+            alone = one.get("geometry") or _names(one, "children")
+            kinds[name] = "extended building" if alone else "other"
+        if kinds[name] in ("building", "extended building"):
+            families[name] = name, None
+        elif kinds[name] != "other":
+            families[name] = _climb(name, objects, above)
+    return kinds, families
 
 
 def classify_object(one):
@@ -295,24 +287,6 @@ def classify_object(one):
 def _names(one, key):
     names = one.get(key)
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-
-
-def _settle(name, kind, objects, above, families):
-    """Add a building, or a member to its building."""
-    one = objects[name]
-    if kind == "extension" and not above[name] and not _names(one, "parents"):
-        if not one.get("geometry") and not _names(one, "children"):
-            families.others[one["type"]] += 1
-            return
-        families.extensions[one["type"]] += 1
-        kind = "building"
-    top, part = (name, None) if kind == "building" else _climb(name, objects, above)
-    if one["type"] == "BuildingPart":
-        families.parts.append(name)
-    if top == name:
-        families.buildings.append(name)
-        families.orphans += [name] if kind != "building" else []
-    families.owner[name], families.part[name] = top, part
 
 
 def _climb(name, objects, above):

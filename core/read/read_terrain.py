@@ -4,7 +4,6 @@ Rasters are read fine around the city and coarse out to the horizon.
 """
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -54,7 +53,7 @@ def read_terrain(path, city, unit="m", up="z"):
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
     if suffix in RASTERS:
-        terrain.layers = read_raster(Wanted(path, low, high, city.crs, UNITS[unit]), terrain.notes)
+        terrain.layers = read_raster(path, city, UNITS[unit], terrain.notes)
     elif suffix in RELIEFS:
         layers, crs = read_relief(path)
         _note_missing(crs, city.crs, path, terrain.notes)
@@ -88,22 +87,15 @@ def _note_missing(crs, city_crs, path, notes):
         notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
 
 
-class Wanted(NamedTuple):
-    """Which part of a raster is wanted, and in which coordinate reference system."""
-
-    path: object  # of the raster
-    low: np.ndarray  # (2,) float64 [m] corners of the city
-    high: np.ndarray  # (2,) float64 [m]
-    crs: str | None  # of the city
-    unit: float  # metres per unit of a raster without a coordinate reference system
-
-
-def read_raster(wanted, notes):
+def read_raster(path, city, unit, notes):
     """Terrain layers of a raster around a city.
 
     Parameters
     ----------
-    wanted : Wanted
+    path : path-like
+    city : City
+    unit : float
+        Metres per unit of a raster without a coordinate reference system.
     notes : list of str
         Notes for the report are appended.
 
@@ -117,53 +109,54 @@ def read_raster(wanted, notes):
     InputError
         Not a raster, a damaged one, or one that does not cover the city.
     """
-    path, layers = wanted.path, []
+    layers = []
     with open_raster(path) as raster:
         if raster.crs is None and (raster.matrix == np.eye(2, 3)).all():
             raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
-        _note_missing(raster.crs and f"that of {path}", wanted.crs, path, notes)
+        _note_missing(raster.crs and f"that of {path}", city.crs, path, notes)
         for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
-            window = window_between(raster, _rectangle(reach, raster, wanted))
+            window = window_between(raster, _rectangle(reach, raster, city, unit))
             if window is not None and window[2] * window[3] > MOST_POSTS:
                 problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
                 raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
             if window is not None:
-                layers.append(_read_layer(raster, window, posts, notes if not layers else [], wanted))
+                told = notes if not layers else []
+                layers.append(_read_layer(raster, window, posts, told, (city.crs, unit)))
     return [layer for layer in layers if len(layer.triangles)]
 
 
-def _rectangle(reach, raster, wanted):
+def _rectangle(reach, raster, city, unit):
     """Bounding box, in the raster's system, of the city and what lies within reach of it."""
-    low, high = wanted.low - reach, wanted.high + reach
-    share, unit = np.linspace(0, 1, 9), _common_unit(raster, wanted)
+    low, high = city.points.min(axis=0)[:2] - reach, city.points.max(axis=0)[:2] + reach
+    share, unit = np.linspace(0, 1, 9), _common_unit(raster, city.crs, unit)
     x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
     places = np.column_stack([x.ravel(), y.ravel()])
     if unit is not None:
         places = places / unit
     else:
-        places, turn = transform_crs(places, wanted.crs, raster.crs, wanted.path), full_turn(raster.crs)
+        places, turn = transform_crs(places, city.crs, raster.crs, raster.path), full_turn(raster.crs)
         if turn is not None:  # a map may go on beyond 180°
             middle = raster.matrix[0] @ (raster.width / 2, raster.height / 2, 1)
             places[:, 0] = turn_towards(places[:, 0], turn_towards(places[0, 0], middle, turn), turn)
     return places.min(axis=0), places.max(axis=0)
 
 
-def _common_unit(raster, wanted):
+def _common_unit(raster, crs, unit):
     """Metres per unit of a raster that is taken to be in the system of the city, None where both have their own."""
-    if raster.crs is None or wanted.crs is not None:
-        return wanted.unit if raster.crs is None else None
+    if raster.crs is None or crs is not None:
+        return unit if raster.crs is None else None
     plane, _ = plane_of(raster.crs)
     if plane.is_geographic:
         problem = "is in degrees, but the city has no coordinate reference system"
-        raise InputError(wanted.path, problem, "give terrain in the city's own metres")
+        raise InputError(raster.path, problem, "give terrain in the city's own metres")
     return plane.axis_info[0].unit_conversion_factor
 
 
-def _read_layer(raster, window, posts, notes, wanted):
-    """Triangles of a window with so many posts on a side at most: Layer."""
+def _read_layer(raster, window, posts, notes, target):
+    """Triangles of a window with so many posts on a side at most, in a system and unit as of `read_raster`: Layer."""
     column, row, width, height = (int(value) for value in window)
-    shape, path = (min(height, posts), min(width, posts)), wanted.path
-    heights = average_window(raster, window, shape) * height_factor(raster, wanted.unit)
+    shape, path, (crs, unit) = (min(height, posts), min(width, posts)), raster.path, target
+    heights = average_window(raster, window, shape) * height_factor(raster, unit)
     with np.errstate(invalid="ignore"):
         odd = (heights > HIGHEST) | (heights < LOWEST)
     if odd.any():
@@ -174,8 +167,8 @@ def _read_layer(raster, window, posts, notes, wanted):
     y, x = np.mgrid[: shape[0], : shape[1]]
     pixels = column + (x.ravel() + 0.5) * width / shape[1], row + (y.ravel() + 0.5) * height / shape[0]
     places = np.column_stack([*pixels, np.ones(len(pixels[0]))]) @ raster.matrix.T
-    unit = _common_unit(raster, wanted)
-    places = transform_crs(places, raster.crs, wanted.crs, path) if unit is None else places * unit
+    unit = _common_unit(raster, crs, unit)
+    places = transform_crs(places, raster.crs, crs, path) if unit is None else places * unit
     return _triangulate(places, heights)
 
 

@@ -1,6 +1,5 @@
 """Vertices and nested boundaries of a CityJSON geometry, surface by surface with their semantics."""
 
-from dataclasses import dataclass
 from itertools import chain, repeat
 from typing import NamedTuple
 
@@ -19,16 +18,8 @@ CLASSES = INTERIOR | {
 }  # fmt: skip
 
 
-@dataclass
-class Transform:
-    """Coordinates are scale times vertex, plus translate."""
-
-    scale: np.ndarray  # (3,) float64
-    translate: np.ndarray  # (3,) float64
-
-
 def read_transform(path, line, value):
-    """Transform of a CityJSON object, or None if it has none.
+    """Transform of a CityJSON object, scale and translate, (3,) float64 each, or None if it has none.
 
     Raises
     ------
@@ -42,7 +33,7 @@ def read_transform(path, line, value):
     if scale is None or translate is None or not scale.all():
         problem = f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
         raise InputError(path, problem, "correct it, or export the file again")
-    return Transform(scale, translate)
+    return scale, translate
 
 
 def read_numbers(value, count):
@@ -62,7 +53,8 @@ def read_vertices(path, line, value, transform=None, name="vertices"):
         First line of the JSON text of the vertices.
     value : object
         As in the file; None means no vertices.
-    transform : Transform, optional
+    transform : tuple of (3,) float64, optional
+        Coordinates are scale times vertex, plus translate.
     name : str
         Of the list, for error messages.
 
@@ -86,7 +78,7 @@ def read_vertices(path, line, value, transform=None, name="vertices"):
         first = next(k for k, vertex in enumerate(value) if _to_array([vertex]) is None)
         raise InputError(path, f"line {line}: vertex {first} of {name} is not three numbers", "correct or remove it")
     with np.errstate(over="ignore", invalid="ignore"):
-        points = numbers if transform is None else numbers * transform.scale + transform.translate
+        points = numbers if transform is None else numbers * transform[0] + transform[1]
     wrong = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)  # also true for NaN
     if wrong.any():
         problem = f"vertex {wrong.argmax()} of {name} is not finite or beyond {LARGEST_COORDINATE:g}"
