@@ -5,6 +5,7 @@ Modules and inverters are found in pvlib's copies of the libraries of Sandia and
 
 import difflib
 import math
+import re
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 
@@ -297,9 +298,9 @@ def search_library(text, libraries, *, option):
 @cache
 def join_letters(name):
     """Letters and digits of a name, in lower case."""
-    return "".join(letter for letter in name.lower() if letter.isalnum())
+    return "".join(split_words(name))
 
 
 def split_words(text):
     """Words of letters and digits, in lower case."""
-    return "".join(letter if letter.isalnum() else " " for letter in text.lower()).split()
+    return re.findall(r"[^\W_]+", text.lower())

@@ -152,42 +152,34 @@ def rays_from_patches(patches, chosen, b1, b2, local):
     origins, directions : (c, rays, 3) float32
         In memory all x come first, then all y, then all z.
     """
-    directions = np.empty((3, *b1.shape), np.float32)
-    along, across, up = (np.ascontiguousarray(part, np.float32) for part in local)
-    turn_rays(patches.tangents[chosen], patches.normal[chosen], (along, across, up), directions)
-    return points_of_patches(patches, chosen, b1, b2), np.moveaxis(directions, 0, -1)
+    frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
+    return points_of_patches(patches, chosen, b1, b2), add_vectors(frames, local)
 
 
 def points_of_patches(patches, chosen, b1, b2):
     """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in `rays_from_patches`."""
-    edges = patches.edges[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    points = np.empty((3, *b1.shape), np.float32)
-    place_rays(start, edges, np.ascontiguousarray(b1, np.float32), np.ascontiguousarray(b2, np.float32), points)
-    return np.moveaxis(points, 0, -1)
+    frames = np.concatenate([start[:, None], patches.edges[chosen]], axis=1)
+    return add_vectors(frames, (np.ones(b1.shape), b1, b2))
+
+
+def add_vectors(frames, weights):
+    """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c, m, 3) float32."""
+    found = np.empty((3, *weights[0].shape), np.float32)
+    weigh_vectors(frames, tuple(np.ascontiguousarray(part, np.float32) for part in weights), found)
+    return np.moveaxis(found, 0, -1)
 
 
 @njit(nogil=True, cache=True)
-def turn_rays(tangents, normal, local, directions):
-    """Write directions, (3, c, m) float32, given in the frames of patches, (c, 2, 3) and (c, 3), by three (c, m)."""
-    along, across, up = local
+def weigh_vectors(frames, weights, found):
+    """Write what `add_vectors` returns, (3, c, m)."""
+    first, second, third = weights
     for axis in range(3):
-        for patch in range(len(normal)):
-            one, other, out = tangents[patch, 0, axis], tangents[patch, 1, axis], normal[patch, axis]
-            to = directions[axis, patch]
+        for patch in range(len(frames)):
+            one, other, last = frames[patch, 0, axis], frames[patch, 1, axis], frames[patch, 2, axis]
+            to = found[axis, patch]
             for ray in range(len(to)):
-                to[ray] = along[patch, ray] * one + across[patch, ray] * other + up[patch, ray] * out
-
-
-@njit(nogil=True, cache=True)
-def place_rays(start, edges, b1, b2, points):
-    """Write points, (3, c, m) float32, of patches with a corner, (c, 3), and edges, (c, 2, 3), by weights, (c, m)."""
-    for axis in range(3):
-        for patch in range(len(start)):
-            corner, one, other = start[patch, axis], edges[patch, 0, axis], edges[patch, 1, axis]
-            to = points[axis, patch]
-            for ray in range(len(to)):
-                to[ray] = corner + b1[patch, ray] * one + b2[patch, ray] * other
+                to[ray] = first[patch, ray] * one + second[patch, ray] * other + third[patch, ray] * last
 
 
 def is_compiled():

@@ -6,6 +6,7 @@ prototype in local coordinates, instanced at many places.
 
 import re
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ class Place(NamedTuple):
     dimension: str | None = None
 
 
-def collect_polygons(element, content, kinds):
+def collect_polygons(element, content):
     """Append the polygons of one top-level building to the content of its file.
 
     Parameters
@@ -56,32 +57,28 @@ def collect_polygons(element, content, kinds):
         The building.
     content : FileContent
         One building, its polygons and its references are appended.
-    kinds : dict
-        Cache, tag -> kind, shared by all buildings so that each tag is parsed once.
     """
     content.buildings.append(_identifier(element))
     _note_srs_name(element, content)
-    _walk(element, Place(building=len(content.buildings) - 1), content, kinds)
+    _walk(element, Place(building=len(content.buildings) - 1), content)
 
 
-def _walk(element, place, content, kinds):
+def _walk(element, place, content):
     for child in element:
-        kind = kinds.get(child.tag)
-        if kind is None:
-            kind = kinds[child.tag] = _kind(child.tag)
+        kind = _kind(child.tag)
         if kind == "leaf":
             _add_polygon(child, place, content)
         elif kind == "ImplicitGeometry":
-            _add_implicit(child, place, content, kinds)
+            _add_implicit(child, place, content)
         elif kind != "passed by":
             first, inner = len(content.polygons), _step(child, kind, place, content)
             if inner is not None:
-                _walk(child, inner, content, kinds)
+                _walk(child, inner, content)
                 if inner.lod is not None and _identifier(child):
                     content.groups[_identifier(child)] = (first, len(content.polygons))
 
 
-def _add_implicit(element, place, content, kinds):
+def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates."""
     name = _identifier(element) or f"line {element.sourceline}"
     anchor = read_anchor(element)
@@ -90,7 +87,7 @@ def _add_implicit(element, place, content, kinds):
         content.skip("implicit geometry without a shape, a reference point or a level of detail", name)
         return
     local = FileContent(content.path)
-    _walk(shape, place, local, kinds)
+    _walk(shape, place, local)
     for drawn in shape.iterchildren("*"):
         content.prototypes[_identifier(drawn)] = local.polygons
     for reason, names in local.skipped.items():
@@ -100,6 +97,7 @@ def _add_implicit(element, place, content, kinds):
         content.instances.append((shape.attrib[XLINK].rpartition("#")[2], anchor, place, name))
 
 
+@lru_cache(maxsize=1024)
 def _kind(tag):
     if not isinstance(tag, str):
         return "passed by"  # comments and processing instructions

@@ -19,7 +19,7 @@ DENSITY = "leafAreaDensity"
 POINTS = "MultiPoint"
 
 
-def collect_tree(element, content, kinds):
+def collect_tree(element, content):
     """Append one tree to the content of its file, and its polygons to the file's plants.
 
     Parameters
@@ -27,8 +27,6 @@ def collect_tree(element, content, kinds):
     element : lxml element
         A SolitaryVegetationObject or a PlantCover.
     content : FileContent
-    kinds : dict
-        As of `collect_polygons`.
 
     Raises
     ------
@@ -36,7 +34,7 @@ def collect_tree(element, content, kinds):
         A number of the tree cannot be used.
     """
     cover = element.tag.endswith(PLANTS[1])
-    collect_polygons(element, content.plants, kinds)
+    collect_polygons(element, content.plants)
     name = content.plants.buildings[-1] or f"tree_{len(content.trees) + 1}"
     tree = Tree(name, content.path, element.sourceline, cover)
     for child in element.iterchildren("*"):

@@ -45,20 +45,20 @@ def _read_declared(path, declared, report_share):
     if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
-    content, kinds, others = FileContent(path), {}, Counter()
+    content, others = FileContent(path), Counter()
     content.plants = FileContent(path, srs_names=content.srs_names)
     relief, before = GmlRelief(content.relief), 0  # terrain triangles before the current member
     tags = ("Building", "Envelope", "appearanceMember", "Triangle", *PLANTS, *MEMBERS)
     for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
-            collect_polygons(element, content, kinds)
+            collect_polygons(element, content)
         elif name == "Triangle":
             problem = relief.add(element)
             if problem:
                 content.skip(f"{BAD_TRIANGLE} ({problem})", f"line {element.sourceline}")
         elif name in PLANTS:
-            collect_tree(element, content, kinds)
+            collect_tree(element, content)
         elif name == "Envelope" and element.get("srsName"):  # of a relief, or of the buildings
             of_relief = next(element.iterancestors(*IN_RELIEF), None) is not None
             names = content.relief.srs_names if of_relief else content.srs_names
