@@ -102,8 +102,9 @@ class RayScene:
         ray_direction = usable_rays("ray_direction", np.asarray(ray_direction)[None])
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
+        position, wanted = np.ascontiguousarray(ray_origins)[:, None], np.ones((len(ray_origins), 1), bool)
         with self._timed():
-            return self._tree.trace_blocked(ray_origins, ray_direction)
+            return ~self._tree.trace_shadow_rays(position, wanted, ray_direction)[:, 0, 0]
 
     def trace_shadow_rays(self, position, wanted, directions):
         """Which points of patches see which suns.

@@ -23,6 +23,11 @@ def clean_name(text):
     return text if text.isprintable() else "".join(sign if sign.isprintable() else "\ufffd" for sign in text)
 
 
+def suffix_of(path):
+    """Suffix of a file in lower case, without that of its compression."""
+    return next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
+
+
 def open_input(path, report_share=ignore_share):
     """Open a file as a stream of bytes.
 

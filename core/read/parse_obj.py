@@ -30,7 +30,7 @@ SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp
 class ObjParts:
     """Contents of an OBJ file, in input order. `faces` are its `f` statements."""
 
-    vertices: np.ndarray  # (v, 3) float64, as in the file
+    vertices: np.ndarray  # (v, 3) float64, z up
     faces: list = field(default_factory=list)  # of (k,) int64 into vertices
     lines: list = field(default_factory=list)  # of each face
     objects: list = field(default_factory=list)  # of each face: number of its `o` statement, 0 before the first
@@ -43,13 +43,15 @@ class ObjParts:
     comment_crs: str = ""  # a comment line that mentions EPSG
 
 
-def parse_obj(path, report_share=ignore_share):
+def parse_obj(path, up="z", report_share=ignore_share):
     """Read the statements of an OBJ file.
 
     Parameters
     ----------
     path : path-like
         Plain or gzip-compressed; UTF-8, UTF-16 or another text encoding.
+    up : {'z', 'y'}
+        Vertical axis of the file. With y, north is -z.
     report_share : callable, optional
         As in `open_input`.
 
@@ -90,7 +92,8 @@ def parse_obj(path, report_share=ignore_share):
         elif keyword in FREE_FORMS or keyword not in SILENT:
             known = keyword if keyword in FREE_FORMS else "(unknown)"
             parts.left_out[known] = parts.left_out.get(known, 0) + 1
-    parts.vertices = np.array(vertices, float).reshape(-1, 3)
+    points = np.array(vertices, float).reshape(-1, 3)
+    parts.vertices = points if up == "z" else points[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     for face, line in zip(faces, parts.lines, strict=True):
         if face and max(face) >= len(vertices):
             problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {len(vertices)}"

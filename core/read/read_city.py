@@ -5,6 +5,7 @@ from pathlib import Path
 from ..city.join_contents import join_contents
 from ..settings.errors import InputError
 from ..settings.progress import silent
+from .open_input import suffix_of
 from .parse_json import speaks_of_cityjson
 from .read_citygml import read_citygml
 from .read_cityjson import read_cityjson
@@ -68,7 +69,7 @@ def read_files(files, up, progress=silent):
         progress(READING, done + min(share, LAST) * size, total, "B")
 
     for file, size in zip(files, sizes, strict=True):
-        reader = READERS.get(_suffix(file), read_citygml)
+        reader = READERS.get(suffix_of(file), read_citygml)
         contents.append(reader(file, *((up,) if reader is read_obj else ()), report_share))
         done += size
         progress(READING, done, total, "B")
@@ -87,14 +88,10 @@ def list_files(paths):
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
-        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _suffix(file) in READERS)
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in READERS)
         # Not every JSON is of a city.
-        inside = [file for file in inside if READERS[_suffix(file)] is not read_cityjson or speaks_of_cityjson(file)]
+        inside = [file for file in inside if READERS[suffix_of(file)] is not read_cityjson or speaks_of_cityjson(file)]
         if not inside:
             raise InputError(path, "a folder without building files", f"known types are {', '.join(READERS)}")
         files += inside
     return files
-
-
-def _suffix(path):
-    return next((one.lower() for one in reversed(path.suffixes) if one.lower() != ".gz"), "")

@@ -48,12 +48,11 @@ def read_obj(path, up="z", report_share=ignore_share):
     InputError
         The file cannot be read, or has no polygons.
     """
-    parts = parse_obj(path, lambda share: report_share(PARSED * share))
+    parts = parse_obj(path, up, lambda share: report_share(PARSED * share))
     if not parts.faces:
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
-    vertices = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     content = FileContent(path)
-    building = _buildings(parts, vertices, content)
+    building = _buildings(parts, content)
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):
         if place % FACES_AT_ONCE == 0:
@@ -61,7 +60,9 @@ def read_obj(path, up="z", report_share=ignore_share):
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:
-            ring = vertices[[*face, face[0]]]  # OBJ never repeats the first point; an open ring would count as repaired
+            ring = parts.vertices[
+                [*face, face[0]]
+            ]  # OBJ never repeats the first point; an open ring would count as repaired
             polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
             content.polygons.append(polygon)
     for keyword, count in sorted(parts.left_out.items()):
@@ -74,7 +75,7 @@ def read_obj(path, up="z", report_share=ignore_share):
     return content
 
 
-def _buildings(parts, vertices, content):
+def _buildings(parts, content):
     """Building of each polygon, (f,); names are stored in the content."""
     if len(parts.object_names) > 1:
         used, building = np.unique(parts.objects, return_inverse=True)
@@ -89,7 +90,7 @@ def _buildings(parts, vertices, content):
     elif any(parts.groups):
         building, content.buildings = number_names(parts.groups), list(dict.fromkeys(parts.groups))
     else:
-        building = _pieces(parts.faces, vertices)
+        building = _pieces(parts.faces, parts.vertices)
         content.buildings = [f"part_{k + 1}" for k in range(building.max() + 1)]
         content.notes.append(
             f"{content.path} has no objects or groups: {len(content.buildings)} connected parts read as buildings."

@@ -3,14 +3,12 @@
 Rasters are read fine around the city and coarse out to the horizon.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 from ..city.terrain import HORIZON, Layer, Terrain
 from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
 from ..settings.errors import InputError
-from .open_input import open_input
+from .open_input import open_input, suffix_of
 from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 from .parse_obj import parse_obj
 from .read_relief import place_layer, read_relief
@@ -49,7 +47,7 @@ def read_terrain(path, city, unit="m", up="z"):
         The file cannot be read, or lies outside the city.
     """
     open_input(path).close()
-    suffix = next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
+    suffix = suffix_of(path)
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
     if suffix in RASTERS:
@@ -59,13 +57,12 @@ def read_terrain(path, city, unit="m", up="z"):
         _note_missing(crs, city.crs, path, terrain.notes)
         terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
     elif suffix == ".obj":
-        parts = parse_obj(path)
+        parts = parse_obj(path, up)
         faces = [face for face in parts.faces if len(face) > 2]
         if not faces:
             raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
-        points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
         fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
-        terrain.layers = [Layer(points * UNITS[unit], np.concatenate(fans))]
+        terrain.layers = [Layer(parts.vertices * UNITS[unit], np.concatenate(fans))]
         _note_missing(None, city.crs, path, terrain.notes)
     else:
         raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
