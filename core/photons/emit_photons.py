@@ -8,7 +8,7 @@
   └───────────┘ bottom
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ from ..sun.horizon_band import HorizonBand
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
+# Shares of isotropic light that enter through each side: all of it through lid or bottom, half through the others.
+FROM_ABOVE, FROM_BELOW = np.array([1, 0, 0.5, 0.5, 0.5, 0.5]), np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
 
 
 @dataclass
@@ -28,10 +30,10 @@ class Source:
     name: str
     low: np.ndarray  # (3,) float64 [m], corner of the box
     size: np.ndarray  # (3,) float64 [m]
-    travel: np.ndarray | None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
-    rising: bool  # from below the horizon
     power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
+    travel: np.ndarray | None = None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
+    rising: bool = False  # from below the horizon
     of: HorizonBand | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
     beyond: bool = False  # whether only light from below that horizon counts, or only that from above
@@ -75,16 +77,17 @@ def sky_source(box, seed, horizon=None):
     -------
     Source
     """
-    share = np.array([1, 0, 0.5, 0.5, 0.5, 0.5])
-    return Source(
-        "sky", *box, None, False, share * side_areas(box.size), key_of_names(["sky"], seed)[0], terrain=horizon
-    )
+    return make_source("sky", box, seed, FROM_ABOVE, terrain=horizon)
+
+
+def make_source(name, box, seed, shares, **details):
+    """A Source with an irradiance of 1 on shares, (6,), of the sides of the box; further fields as of Source."""
+    return Source(name, *box, shares * side_areas(box.size), key_of_names([name], seed)[0], **details)
 
 
 def terrain_source(box, seed, horizon):
     """Distant terrain of radiosity 1 between the horizontal and a horizon, isotropic."""
-    name = "terrain"
-    return replace(sky_source(box, seed, horizon), name=name, key=key_of_names([name], seed)[0], beyond=True)
+    return make_source("terrain", box, seed, FROM_ABOVE, terrain=horizon, beyond=True)
 
 
 def far_ground_source(box, seed):
@@ -92,14 +95,12 @@ def far_ground_source(box, seed):
 
     A surface receives of it the share of its hemisphere that misses everything below the horizon.
     """
-    share = np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
-    return Source("far ground", *box, None, True, share * side_areas(box.size), key_of_names(["far ground"], seed)[0])
+    return make_source("far ground", box, seed, FROM_BELOW, rising=True)
 
 
 def part_of_sky(source, box, seed, horizon=None):
     """A HorizonBand that gives an irradiance of 1 in its unit; light from below the horizon of terrain is left out."""
-    key = key_of_names([source.name], seed)[0]
-    return Source(source.name, *box, None, False, source.sides * side_areas(box.size), key, source, terrain=horizon)
+    return make_source(source.name, box, seed, source.sides, of=source, terrain=horizon)
 
 
 def sun_source(box, direction, number, seed):
@@ -119,8 +120,7 @@ def sun_source(box, direction, number, seed):
     Source
     """
     travel = -np.asarray(direction, float)
-    power = np.maximum(INWARDS @ travel, 0) * side_areas(box.size)
-    return Source(f"sun {number}", *box, travel, False, power, key_of_names([f"sun {number}"], seed)[0])
+    return make_source(f"sun {number}", box, seed, np.maximum(INWARDS @ travel, 0), travel=travel)
 
 
 def side_areas(size):

@@ -38,7 +38,6 @@ class SpecularPass:
     context: GatherContext
     target: Target
     faces: np.ndarray  # (f,) int, patches
-    area: np.ndarray  # (n,) float64 [m²], traced area of each surface
 
 
 @dataclass
@@ -78,7 +77,7 @@ def trace_specular(prepared, context, traced):
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs)
     faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
-    task = SpecularPass(context, target, faces, np.bincount(surface, patches.area, count + 1)[:-1])
+    task = SpecularPass(context, target, faces)
     around = trace_surroundings(task)
     of_sky = around.sky + context.request.ground_albedo * around.far_ground
     return SpecularLight(
@@ -97,7 +96,7 @@ def batches_of(key, per_replicate):
 
 def per_area(task, power, per_replicate):
     """Irradiance of each surface by one photon of a replicate: (n,) float64."""
-    return power / max(per_replicate, 1) / np.where(task.area > 0, task.area, np.inf)
+    return power / max(per_replicate, 1) / np.where(task.target.area > 0, task.target.area, np.inf)
 
 
 def trace_surroundings(task):

@@ -118,7 +118,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     lengths, target = list_clearances(request), run.target
     how = {"clearances": lengths, "threads": run.threads}
     room = measure_room_of_patches(target.ray_scene, patches, prepared.scene, target.covered, **how)
-    unreachable = (covered_share > WHOLE) | (run.area == 0)
+    unreachable = (covered_share > WHOLE) | (target.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
@@ -181,17 +181,16 @@ def prepare_run(prepared, request, progress):
     covered = find_cover(ray_scene, patches, patches.receives, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
-    area = np.bincount(surface, patches.area, count + 1)[:-1]
     per_replicate = -(-request.samples * int(patches.receives.sum()) // PHOTON_REPLICATES)
     target = Target(ray_scene, patches, surface, count, covered, brdfs_of_triangles(scene, request, prepared.materials))
     box = box_of_scene(scene, ray_scene.canopy)
-    return Run(target, area, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
+    return Run(target, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 
 
 def trace_far_ground(run, plan, seed, bounces):
     """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
     if not plan.far_ground:
-        return no_light(len(run.area))
+        return no_light(run.target.surface_count)
     sources = [far_ground_source(run.box, seed)]
     if plan.terrain is not None:
         sources.append(terrain_source(run.box, seed, plan.terrain))
@@ -222,7 +221,7 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
     -------
     Direct
     """
-    count, height = len(run.area), np.maximum(suns.direction[:, 2], 0) * ground_albedo
+    count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
     found = Direct(
         *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
         annual=np.zeros((PHOTON_REPLICATES, count)),

@@ -19,7 +19,6 @@ class Run:
     """Data shared by all sources."""
 
     target: Target
-    area: np.ndarray  # (n,) float64 [m²], traced area of each surface
     box: Box  # through which light enters
     per_replicate: int  # photons
     threads: int
@@ -104,7 +103,7 @@ def add_deposits(run, source, found, max_bounces):
     -------
     Light
     """
-    light = no_light(len(run.area))
+    light = no_light(run.target.surface_count)
     arrived = last = 0.0
     for part in found:
         rows = slice(part.first_replicate, part.first_replicate + len(part.first))
@@ -118,7 +117,7 @@ def add_deposits(run, source, found, max_bounces):
         run.progress(run.stage, run.done, run.total, "photons")
     light.last = last / arrived if max_bounces and arrived else 0.0
     # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
-    per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.area > 0, run.area, np.inf)
+    per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.target.area > 0, run.target.area, np.inf)
     light.first *= per_photon
     light.reflected *= per_photon
     light.photon = per_photon / PHOTON_REPLICATES
