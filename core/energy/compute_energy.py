@@ -10,17 +10,15 @@ from threadpoolctl import threadpool_limits
 
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import SkyParts, split_sky
-from ..sun.solar_position import is_sunny
-from ..sun.sun_sampling import largest_mismatch
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups
-from .energy import Energy, HourlySeries, join_seasons, kwp_of_hours, states_of_year
+from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
 from .standard_errors import carry_to_hours, standard_errors_of_hours
-from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, run_model, sum_block, take_block
+from .sum_block import BlockSums, add_sources, direct_part, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
@@ -60,57 +58,60 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     InputError
         If the Transfer or the weather is invalid.
     """
-    if transfer.bare is not None:
-        # Trees carry leaves in some months and not in the others.
-        check_hours(weather)
-        seasons, sunny = [], []
-        for state, own in states_of_year(transfer, weather.data.index, weather.interval):
-            year = darken_hours(weather, ~own)
-            seasons.append(compute_energy(state, year, system, threads, progress, series=series, sky=sky))
-            sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))
-        return join_seasons(*seasons, sunny[0] / max(sum(sunny), 1.0))
-    check_transfer(transfer)
+    states = states_of_year(transfer, weather.data.index, weather.interval)
+    for state, _ in states:
+        check_transfer(state)
     check_hours(weather)
     check_sky(transfer, sky)
     system = dc_system() if system is None else system
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
-    parts = split_sky(weather, sky)
-    task = prepare_task(transfer, weather, system, electric, parts)
-    sums = sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress)
-    years = count_years(weather)
+    rows, years, count = np.asarray(series, int), count_years(weather), len(weather.data)
+    capacity_factor, found = np.zeros((count, len(groups.names))), HourlySeries(rows, *np.zeros((3, count, len(rows))))
+    sums, sunny = {}, []
+    for state, own in states:  # trees carry leaves in some months and not in the others
+        year = weather if own.all() else darken_hours(weather, ~own)
+        task = prepare_task(state, year, system, electric, split_sky(year, sky))
+        part = vars(sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress))
+        capacity_factor[task.hours.interval] = part.pop("capacity_factor")
+        sums = {name: sums.get(name, 0.0) + values for name, values in part.items()}
+        sunny.append(float(task.hours.sunny.sum()))
+        if len(rows):
+            add_series(task, found)
     hour = weather.interval / pd.Timedelta(hours=1)
-    capacity_factor = np.zeros((len(weather.data), len(groups.names)))
-    capacity_factor[task.hours.interval] = sums.capacity_factor
-    by_month = np.where(electric[:, None], sums.by_month * hour / years, np.nan)
-    poa = sums.poa_global * hour / years / 1000.0
+    by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
+    dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    parts_of_errors = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=parts)
-    errors, errors_of_means, error_of_all = standard_errors_of_hours(parts_of_errors, groups)
+    parts = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=split_sky(weather, sky))
+    errors, errors_of_means, error_of_all = standard_errors_of_hours(parts, groups)
+    shares = [own / max(sum(sunny), 1.0) for own in sunny]
+    error_of_direct = [
+        share * state.direct_annual_standard_error for share, (state, _) in zip(shares, states, strict=True)
+    ]
     return Energy(
-        direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
-        direct_relative_annual_standard_error=np.asarray(transfer.direct_annual_standard_error, float),
+        direct_relative_annual=sums["direct_relative"] / max(sum(sunny), 1.0),
+        direct_relative_annual_standard_error=sum(error_of_direct),
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
-        full_load_hours_dc=np.where(electric, sums.dc * hour / years, np.nan),
+        full_load_hours_dc=np.where(electric, dc, np.nan),
         full_load_hours_standard_error=errors,
         full_load_hours_by_month=by_month,
-        full_load_hours_by_year=np.where(electric[:, None], sums.by_year * hour, np.nan),
+        full_load_hours_by_year=np.where(electric[:, None], sums["by_year"] * hour, np.nan),
         times=weather.data.index,
         interval=weather.interval,
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
         group_standard_error=errors_of_means,
-        group_dc=np.where(electric, sums.dc * hour / years, 0.0) @ groups.weight,
+        group_dc=np.where(electric, dc, 0.0) @ groups.weight,
         sampling_error=error_of_all,
         capacity_factor=capacity_factor,
         years=years,
         longitude=weather.longitude,
         **{name: getattr(counted, name) for name in AREAS},
         sky=sky,
-        series=compute_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
+        series=found if len(rows) else None,
     )
 
 
@@ -123,8 +124,6 @@ class Task:
     curves: PvlibCurves | PowerTables
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     mounting: np.ndarray  # (n,) int from `PvSystem.mounting_of`
-    neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
-    reach: float  # largest angle between an hour and its traced suns [°]
     sky: SkyParts
 
     def block(self, rows, group_weight):
@@ -133,8 +132,6 @@ class Task:
             self.transfer,
             rows,
             group_weight=group_weight,
-            neighbours=self.neighbours,
-            reach=self.reach,
             iam=self.iam[:, rows].astype(self.hours.dni.dtype),
             mounting=self.mounting[rows],
         )
@@ -152,8 +149,6 @@ def prepare_task(transfer, weather, system, electric, sky):
         PvlibCurves(system) if plain else tabulate_power(system),
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         system.mounting_of(transfer.surfaces.kind),
-        order_neighbours(transfer.suns),
-        largest_mismatch(transfer.suns, hours.direction, hours.match, hours.match_weight),
         sky,
     )
 
@@ -199,17 +194,16 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     return total
 
 
-def compute_series(task, rows, count):
-    """Time series of the surfaces `rows`, (k,) int, on a time axis of `count` intervals: HourlySeries."""
-    block = task.block(rows, np.zeros((len(rows), 0)))
-    values = np.zeros((3, count, len(rows)))
+def add_series(task, series):
+    """Write the values of the intervals of a task into an HourlySeries."""
+    block = task.block(series.rows, np.zeros((len(series.rows), 0)))
     for first, last in task.hours.chunks():
         part = task.hours.rows(first, last)
         projection, direct = direct_part(block, part)
         sunward, diffuse, dc = run_model(task.curves, block, part, direct, projection)
         poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
-        values[:, part.interval] = poa_direct, diffuse + (sunward - poa_direct), task.curves.ac(dc)
-    return HourlySeries(rows, *values)
+        series.poa_direct[part.interval], series.capacity_factor[part.interval] = poa_direct, task.curves.ac(dc)
+        series.poa_diffuse[part.interval] = diffuse + (sunward - poa_direct)
 
 
 def count_years(weather):

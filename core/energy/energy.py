@@ -1,14 +1,12 @@
 """Results of a Transfer with one weather and one PV system: what surfaces and groups get and give, and its totals."""
 
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from .pv_system import area_of_kwp
 
-# How a field of a year follows from those of two seasons; a field without either must be the same in both.
-SUM, MEAN = ({"of_seasons": rule} for rule in ("sum", "mean"))
 WHOLE_YEAR = pd.Timedelta(days=364)  # shorter years are not reported separately
 
 
@@ -17,32 +15,32 @@ class HourlySeries:
     """Time series of k surfaces."""
 
     rows: np.ndarray  # (k,) int, row indices of the surfaces
-    poa_direct: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] direct sunlight
-    poa_diffuse: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] sky with circumsolar light, and all reflected light
-    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, k) AC power over nominal DC power
+    poa_direct: np.ndarray  # (T, k) [Wm⁻²] direct sunlight
+    poa_diffuse: np.ndarray  # (T, k) [Wm⁻²] sky with circumsolar light, and all reflected light
+    capacity_factor: np.ndarray  # (T, k) AC power over nominal DC power
 
 
 @dataclass
 class Energy:
     """Irradiance and full load hours of n surfaces, capacity factors of the groups."""
 
-    direct_relative_annual: np.ndarray = field(metadata=MEAN)  # (n,) over suns above 2°, reflections included
-    direct_relative_annual_standard_error: np.ndarray = field(metadata=MEAN)  # (n,)
-    poa_global_annual: np.ndarray = field(metadata=SUM)  # (n,) [kWh/m²] per year
-    full_load_hours: np.ndarray = field(metadata=SUM)  # (n,) [h] per year, AC; NaN for ground and downward surfaces
-    full_load_hours_dc: np.ndarray = field(metadata=SUM)  # (n,) [h] before losses and inverter
-    full_load_hours_standard_error: np.ndarray = field(metadata=SUM)  # (n,) [h] from rays, patch sizes and suns
-    full_load_hours_by_month: np.ndarray = field(metadata=SUM)  # (n, 12) [h]
-    full_load_hours_by_year: np.ndarray = field(metadata=SUM)  # (n, y) [h] of `split_years`; (n, 0) for a single year
+    direct_relative_annual: np.ndarray  # (n,) over suns above 2°, reflections included
+    direct_relative_annual_standard_error: np.ndarray  # (n,)
+    poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
+    full_load_hours: np.ndarray  # (n,) [h] per year, AC; NaN for ground and downward surfaces
+    full_load_hours_dc: np.ndarray  # (n,) [h] before losses and inverter
+    full_load_hours_standard_error: np.ndarray  # (n,) [h] from rays, patch sizes and suns
+    full_load_hours_by_month: np.ndarray  # (n, 12) [h]
+    full_load_hours_by_year: np.ndarray  # (n, y) [h] of `split_years`; (n, 0) for a single year
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
-    group_standard_error: np.ndarray = field(metadata=SUM)  # (g,) [h] of the mean full load hours of each group
-    group_dc: np.ndarray = field(metadata=SUM)  # (g,) [h] mean full load hours of each group, DC
-    sampling_error: float = field(metadata=SUM)  # [h] of the mean over the counted area of all groups, from rays only
-    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, g) float64, mean over the group's counted area
+    group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
+    group_dc: np.ndarray  # (g,) [h] mean full load hours of each group, DC
+    sampling_error: float  # [h] of the mean over the counted area of all groups, from rays only
+    capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather
     eligible: np.ndarray  # (n,) bool: carries modules
@@ -74,31 +72,6 @@ def states_of_year(transfer, times, interval):
         return [(transfer, np.ones(len(times), bool))]
     in_leaf = np.isin((times + interval / 2).month, transfer.leaf_months)
     return [(replace(transfer, bare=None), in_leaf), (replace(transfer.bare, record=transfer.record), ~in_leaf)]
-
-
-def join_seasons(one, other, share):
-    """Results of a year from two with weathers that are dark in each other's hours; errors add up, as of the same rays.
-
-    Parameters
-    ----------
-    one, other : Energy or HourlySeries
-    share : float
-        Part of the sunny hours that belongs to the first.
-
-    Returns
-    -------
-    Energy or HourlySeries
-    """
-    joined = {}
-    for part in fields(one):
-        here, there, rule = getattr(one, part.name), getattr(other, part.name), part.metadata.get("of_seasons")
-        if is_dataclass(here):
-            joined[part.name] = join_seasons(here, there, share)
-        elif rule is not None and here is not None:
-            joined[part.name] = here + there if rule == "sum" else share * here + (1 - share) * there
-        elif not np.array_equal(here, there):
-            raise TypeError(f"{part.name} differs between seasons: say in its field how to join it")
-    return replace(one, **joined)
 
 
 def kwp_of_hours(area, energy, system):

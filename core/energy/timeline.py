@@ -10,9 +10,9 @@ import pandas as pd
 
 from ..sun.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
-from ..sun.sun_sampling import largest_mismatch, match_suns, values_at
+from ..sun.sun_sampling import match_suns, values_at
 from .energy import kwp_of_hours, states_of_year
-from .sum_block import filled_share, order_neighbours
+from .sum_block import filled_share
 
 NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
 # Days whose extraterrestrial irradiation is nearest to the month's mean: S. A. Klein (1977),
@@ -161,12 +161,11 @@ def relative_direct(transfer, times, interval, latitude, longitude):
         rows = np.flatnonzero(lit & own)
         match = match_suns(state.suns, times, interval, latitude, longitude, position=sun)
         towards, index, weight = direction[rows], match.index[rows], match.weight[rows]
-        neighbours, height = order_neighbours(state.suns), np.maximum(towards[:, 2:], 0.0)
-        reach = largest_mismatch(state.suns, towards, index, weight)
+        height = np.maximum(towards[:, 2:], 0.0)
         for first in range(0, relative.shape[1], BLOCK):
             part = slice(first, first + BLOCK)
             # Direct sunlight, all its reflections but those of the open ground, and light by way of the open ground.
-            light = values_at(filled_share(state, part, neighbours, reach), index, weight)
+            light = values_at(filled_share(state, part), index, weight)
             light *= np.maximum(towards @ state.surfaces.normal[part].T, 0)
             light += values_at(np.asarray(state.direct_reflected[part]).T, index, weight)
             relative[rows, part] = light + height * (state.far_ground_view_factor[part] * state.ground_albedo)

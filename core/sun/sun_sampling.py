@@ -143,8 +143,7 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     latitude, longitude : float
         Place [°].
     lowest : float
-        Apparent elevation [°] from which suns below 2°, which are never traced, are represented by the nearest traced
-        sun, or by the three around it in a sky grid.
+        Apparent elevation [°] from which suns are represented, also below 2°.
     position : pandas.DataFrame, optional
         Of `solar_position` for this time axis and place, if known; further columns do not matter.
 
@@ -158,26 +157,21 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
         raise InputError("suns", f"the sampling {suns.sampling!r} is unknown", f"give one of {', '.join(SAMPLINGS)}")
     sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
-    direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     if not sunny.any():
         return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):
         problem = "none was traced, but the sun is above 2° on this time axis"
         raise InputError("suns", problem, "trace again for this year and place")
-    day, _ = solar_days(times, interval, longitude)
-    found, share = match_directions(suns, direction, day[sunny])
+    up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
+    direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
+    found, share = match_directions(suns, direction, solar_days(times, interval, longitude)[0][up])
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
-    index[sunny], weight[sunny] = found, share
-    low = (90.0 - sun["apparent_zenith"].to_numpy() >= lowest) & ~sunny
-    if low.any():
-        direction = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low])
-        found, share = match_directions(suns, direction)
-        index[low, : found.shape[1]], weight[low, : found.shape[1]] = found, share
+    index[up], weight[up] = found, share
     return SunMatch(index, weight)
 
 
-def match_directions(suns, direction, day=None):
+def match_directions(suns, direction, day):
     """Which traced suns represent some suns.
 
     Parameters
@@ -186,8 +180,8 @@ def match_directions(suns, direction, day=None):
         As traced.
     direction : numpy.ndarray, (t, 3)
         Towards the sun of each interval.
-    day : numpy.ndarray, (t,) int, optional
-        Its day of local solar time; without it the nearest traced sun is taken, or the three around it in a sky grid.
+    day : numpy.ndarray, (t,) int
+        Its day of local solar time.
 
     Returns
     -------
@@ -198,9 +192,9 @@ def match_directions(suns, direction, day=None):
     name = suns.sampling.partition(":")[0]
     if name == "sky-grid":
         return match_triangles(triangulate_sky(suns), direction)
-    if name == "days" and day is not None:
+    if name == "days":
         return match_days_of_year(suns, direction, day)
-    if name == "typical-days" and day is not None:
+    if name == "typical-days":
         near = match_typical_days(suns, direction, day)
     else:
         near = KDTree(suns.direction).query(direction)[1]
@@ -221,13 +215,6 @@ def values_at(values, index, weight):
         return np.take(values, index[:, 0], axis=0, mode="clip")
     parts = zip(index.T, weight.T, strict=True)
     return sum(np.take(values, one, axis=0, mode="clip") * share[:, None] for one, share in parts)
-
-
-def largest_mismatch(suns, direction, index, weight):
-    """Largest angle between the sun of an interval, unit vectors (t, 3), and a traced one that represents it: [°]."""
-    hour, column = np.nonzero(weight)
-    cosine = np.einsum("hi,hi->h", suns.direction[index[hour, column]], direction[hour])
-    return float(np.degrees(np.arccos(np.clip(cosine.min(initial=1.0), -1.0, 1.0))))
 
 
 def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):

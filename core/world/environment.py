@@ -11,7 +11,7 @@ from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy.check_inputs import check_transfer
 from ..energy.counted_area import classify_again, find_counted_area, find_groups
 from ..energy.power import diffuse_incidence_factors
-from ..energy.sum_block import Block, order_neighbours, take_block
+from ..energy.sum_block import Block, take_block
 from ..light.transfer import SourceLight, Transfer
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
@@ -91,8 +91,6 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         transfer,
         rows,
         group_weight=np.zeros((len(rows), 0)),
-        neighbours=order_neighbours(transfer.suns),
-        reach=sky.reach,
         iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(SINGLE),
         mounting=np.zeros(len(rows), int),
     )

@@ -1,5 +1,7 @@
 """Irradiance and full load hours against pvlib called directly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pvlib
 import pytest
@@ -11,7 +13,7 @@ from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.hours import prepare_hours
 from citypv.core.energy.pv_system import build_system, dc_system
-from citypv.core.energy.sum_block import fill_behind, order_neighbours
+from citypv.core.energy.sum_block import filled_share
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
@@ -163,26 +165,10 @@ def test_no_surface_at_all(berlin):
     assert len(energy.full_load_hours) == 0 and energy.groups == [] and energy.capacity_factor.shape == (8760, 0)
 
 
-def test_a_sun_behind_takes_the_share_of_its_neighbour(berlin):
+def test_a_sun_behind_takes_the_share_of_the_sky_in_front(berlin):
+    """An east wall that sees half of its sky: suns in front keep what was traced, those behind stand for half of it."""
     suns = suns_of(berlin, "typical-days:2")
-    neighbours = order_neighbours(suns)
-    # An east wall that sees half of every sun in front of it.
-    projection = suns.direction @ np.array([[1.0], [0.0], [0.0]])
-    visible = np.where(projection > 0, 0.5, 0.0)
-    fill_behind(visible, projection, neighbours, 90.0, np.array([0.9]))
-    assert (visible == 0.5).all()
-    # The neighbour in steps of the same day is asked first.
-    step = suns.step[(suns.day == 0) & (projection[:, 0] > 0)].max()
-    before = (suns.day == 0) & (suns.step == step)
-    visible = np.where(projection > 0, 0.5, 0.0)
-    visible[before] = 0.25
-    fill_behind(visible, projection, neighbours, 90.0, np.array([0.9]))
-    assert visible[(suns.day == 0) & (suns.step == step + 1)] == 0.25
-    # A surface that no traced sun meets takes its openness; suns further behind than the reach stay.
-    projection = np.full((len(suns), 1), -0.1)
-    visible = np.zeros((len(suns), 1))
-    fill_behind(visible, projection, neighbours, 10.0, np.array([0.9]))
-    assert (visible == 0.9).all()
-    visible[:] = 0
-    fill_behind(visible, projection, neighbours, 3.0, np.array([0.9]))
-    assert (visible == 0).all()
+    transfer = unshaded_transfer(suns, [90.0], [90.0])
+    front = suns.direction[:, 0] > 0
+    transfer = replace(transfer, visible_share=np.where(front, 0.3, 0.0)[None], sky_view_factor=np.array([0.25]))
+    np.testing.assert_allclose(filled_share(transfer, slice(None))[:, 0], np.where(front, 0.3, 0.5), rtol=1e-6)
