@@ -109,11 +109,6 @@ class Inputs:
         horizon = self.horizons[0]
         return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
 
-    @property
-    def far_ground_albedo(self) -> float:
-        """Albedo of the far ground; 0 where it is switched off."""
-        return self.request.ground_albedo if self.asked("far-ground", self.request.far_ground) else 0.0
-
     @cached_property
     def unshaded(self) -> bool:
         """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""

@@ -82,7 +82,9 @@ def sky_source(box, seed, horizon=None):
 
 def make_source(name, box, seed, shares, **details):
     """A Source with an irradiance of 1 on shares, (6,), of the sides of the box; further fields as of Source."""
-    return Source(name, *box, shares * side_areas(box.size), key_of_names([name], seed)[0], **details)
+    x, y, z = box.size
+    areas = np.array([x * y, x * y, y * z, y * z, x * z, x * z])  # of lid, bottom and sides
+    return Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
 
 
 def terrain_source(box, seed, horizon):
@@ -121,12 +123,6 @@ def sun_source(box, direction, number, seed):
     """
     travel = -np.asarray(direction, float)
     return make_source(f"sun {number}", box, seed, np.maximum(INWARDS @ travel, 0), travel=travel)
-
-
-def side_areas(size):
-    """Areas of lid, bottom and four sides of a box: (6,) float64 [m²]."""
-    x, y, z = size
-    return np.array([x * y, x * y, y * z, y * z, x * z, x * z])
 
 
 def emit_photons(source, replicate, place):
