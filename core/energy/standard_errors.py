@@ -1,6 +1,6 @@
 """Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -33,7 +33,9 @@ def standard_errors_of_hours(errors, groups):
     """
     surfaces = errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
     rows, label = np.nonzero(groups.weight)
-    means = add_errors(errors, rows, groups.weight[rows, label], label, len(groups.names))
+    # The bias was measured on means of groups: what surfaces have of their own is in it.
+    of_groups = replace(errors, rms=errors.bias)
+    means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
     weight = groups.weight[rows, label] * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
     whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
     return np.sqrt(surfaces), means, float(np.sqrt(whole))
