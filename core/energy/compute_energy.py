@@ -58,10 +58,10 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     InputError
         If the Transfer or the weather is invalid.
     """
+    check_hours(weather)
     states = states_of_year(transfer, weather.data.index, weather.interval)
     for state, _ in states:
         check_transfer(state)
-    check_hours(weather)
     check_sky(transfer, sky)
     system = dc_system() if system is None else system
     counted = find_counted_area(transfer, system)
