@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..effects.receivers import fewer_points, fewer_rays
+from ..effects.rays import fewer_points, fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
