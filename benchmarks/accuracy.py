@@ -34,17 +34,16 @@ import numpy as np
 from accuracy_adaptive import refine_to
 from tracer import SETTINGS, TOWN
 
-from citypv.core.accuracy.refine import add_round
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.rounds import Round
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.transfer import Round
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import trace_round
+from citypv.core.study import trace_round, trace_run
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns, progressive_order
 
@@ -167,16 +166,16 @@ def run_rounds(city, threads):
     """The same after each of some rounds, the first of 64 rays and 4 points, that double."""
     request = Request(**{**SETTINGS, "samples": 64, "shadow_samples": 4}, threads=threads)
     before = time.process_time()
-    prepared = replace(build_tree(prepare_scene(city.scene, request), request), round=Round())
-    total = trace_gather(city.scene, city.suns("days:24"), request, silent, prepared=prepared)
+    suns = city.suns("days:24")
+    prepared = replace(build_tree(prepare_scene(city.scene, request, suns=suns), request), rounds=True)
+    run = trace_run(city.scene, None, request, prepared=prepared)
     spent = time.process_time() - before
-    yield "1 × 64 rays, 4 points", spent, city.error(total)
+    yield "1 × 64 rays, 4 points", spent, city.error(run.transfer)
     for _ in range(ROUNDS - 1):
         before = time.process_time()
-        part = Round(total.record.rounds)
-        total = add_round(total, trace_round(city.scene, total, request, part, prepared=prepared))
+        run = trace_round(run, Round(run.transfer.record.rounds))
         spent += time.process_time() - before
-        yield f"{total.record.rounds} × 64 rays, 4 points", spent, city.error(total)
+        yield f"{run.transfer.record.rounds} × 64 rays, 4 points", spent, city.error(run.transfer)
 
 
 def run_adaptive(city, threads):

@@ -12,14 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
-from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.transfer import Round, own_diffuse, own_direct, variance_of_mean
-from citypv.core.settings.progress import silent
-from citypv.core.study import trace_round
+from citypv.core.light.transfer import own_diffuse, own_direct, variance_of_mean
+from citypv.core.study import trace_round, trace_run
 
 MOST_SECONDS = 300.0  # wall time of each target
 
@@ -60,15 +58,15 @@ def refine_to(targets, scene, suns, request, wanted):
         Surfaces whose errors count.
     """
     before = time.process_time()
-    prepared = replace(build_tree(prepare_scene(scene, request), request), round=Round())
-    first = trace_gather(scene, suns, request, silent, prepared=prepared)
+    prepared = replace(build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True)
+    first = trace_run(scene, None, request, prepared=prepared)
     spent = time.process_time() - before
     for target in targets:
         seconds = [spent]
 
-        def trace(total, part, seconds=seconds):
+        def trace(run, part, seconds=seconds):
             started = time.process_time()
-            more = trace_round(scene, total, request, part, prepared=prepared)
+            more = trace_round(run, part)
             seconds.append(time.process_time() - started)
             return more
 
@@ -77,4 +75,4 @@ def refine_to(targets, scene, suns, request, wanted):
 
         goal = Goal(target, time.monotonic() + MOST_SECONDS, largest_round(request), choose)
         errors = partial(light_errors, wanted=wanted)
-        yield target, refine_transfer(copy.deepcopy(first), errors, goal, trace, lambda line: None), sum(seconds)
+        yield target, refine(copy.deepcopy(first), errors, goal, trace, lambda line: None), sum(seconds)

@@ -8,7 +8,7 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -17,35 +17,36 @@ from .accuracy.sun_sampling import CityYear, measure_ways
 from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
+from .city.scene import Scene
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .light.edit_light import edit_light, trace_editable
-from .light.merge_transfers import seed_of_round
-from .light.prepare_scene import prepare_scene, reseed
-from .light.rounds import continue_sampling, trace_alone
-from .light.trace_gather import trace_seasons
-from .light.transfer import scale_direct
+from .light.merge_transfers import merge_rounds, seed_of_round
+from .light.prepare_scene import PreparedScene, prepare_scene, reseed
+from .light.prepare_scene import check_tracing as check_inputs
+from .light.rounds import add_round
+from .light.trace_gather import join_seasons, trace_light, trace_seasons
+from .light.transfer import Transfer, scale_direct
 from .patches.read_albedo import check_materials
-from .photons.specular_light import specular_of, trace_hybrid
+from .photons.specular_light import specular_of
 from .photons.trace_forward import trace_forward
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import ignore_share, report_polygons, silent
-from .settings.request import check_request
+from .settings.progress import CancelledError, ignore_share, report_polygons, silent
+from .settings.request import Request, check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
 from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
 from .sun.suns import progressive_order
 from .weather.read_weather import check_sources, read_weather
-from .weather.weather import check_distance
+from .weather.weather import Weather, check_distance
 
 SCENE_STAGE = "building the scene"
-ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
 
 def check_settings(request):
@@ -187,6 +188,18 @@ def choose_year(weather, request):
     return progressive_order(choose_suns(request.suns, *weather.axis, position=weather.data))
 
 
+@dataclass
+class Run:
+    """A run to which rounds can be added."""
+
+    scene: Scene
+    weather: Weather
+    request: Request
+    prepared: PreparedScene
+    transfer: Transfer
+    states: list  # of TracedCity: what its rays met, in leaf and bare; without, rounds are runs of their own
+
+
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
     """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis count.
 
@@ -195,11 +208,29 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
     CancelledError.
     """
+    return trace_run(scene, weather, request, progress, folder, prepared=prepared).transfer
+
+
+def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared=None):
+    """The same as a Run, to which `trace_round` adds rounds where `prepared.rounds` says so."""
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
-    trace = ESTIMATORS[request.estimator]
-    prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
-    transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
-    return weigh_kept_suns(transfer, weather.axis) if transfer.record.interrupted else transfer
+    check_inputs(scene, suns, request)
+    prepared, states = prepared or prepare_scene(scene, request, weather=weather, progress=progress), []
+
+    def gather(state):
+        specular = specular_of(state)
+        found = trace_light(state, suns, request, progress, folder, specular=specular)
+        if state.rounds and not specular:
+            states.append(found)
+        return found.transfer
+
+    def forward(state):
+        return trace_forward(scene, suns, request, progress, folder, prepared=state)
+
+    transfer = trace_seasons({"gather": gather, "forward": forward}[request.estimator], prepared)
+    if transfer.record.interrupted:
+        transfer = weigh_kept_suns(transfer, weather.axis)
+    return Run(scene, weather, request, prepared, transfer, states)
 
 
 def trace_base(scene, weather, request, progress=silent, *, prepared=None):
@@ -244,47 +275,45 @@ def trace_edit(base, city, progress=silent, *, request=None, preview=None):
     return edit_light(base, scene, progress, request=request, preview=preview)
 
 
-def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):
-    """Trace a further round of a run: the same scene and suns at the next points of its sequences.
+def trace_round(run, part, progress=silent, folder=None):
+    """Trace a further round of a run: the same scene and suns, at the next points of its sequences.
 
-    With gather every patch goes on in its own sequence (`light.rounds`); rounds of forward have random numbers of their
-    own.
+    Rounds of forward, and with mirrors, are runs with random numbers of their own, of all surfaces.
 
     Parameters
     ----------
-    scene : Scene
-    total : Transfer
-        Of all rounds before.
-    request : Request
-        Of the run.
+    run : Run
+        Of all rounds before; overwritten.
     part : Round
-        Its size, a power of two of which those before are a multiple, and the surfaces that are traced alone.
+        Its size, a power of two of which those before are a multiple, and the surfaces that are sampled.
     progress, folder
         As in `trace_scene`.
-    prepared : PreparedScene
-        Of the first round, with `round`.
 
     Returns
     -------
-    Transfer
-        To be merged by `accuracy.refine.add_round`.
+    Run
+
+    Raises
+    ------
+    CancelledError
+        It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
     """
-    before, suns = total.record.rounds, total.suns
-    seed = seed_of_round(request.seed, before)
-    if request.estimator == "gather":
-        prepared = continue_sampling(prepared, request, total, part)
-    else:
-        prepared = reseed(prepared, seed)
+    request, record = run.request, run.transfer.record
+    if run.states:
+        states = add_round(run.states, part, progress, folder)
+        leaf, *bare = (one.transfer for one in states)
+        transfer = join_seasons(leaf, bare[0] if bare else None, run.prepared.plan)
+        transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
+        return replace(run, transfer=transfer, states=states)
+    seed = seed_of_round(request.seed, record.rounds)
     samples, points = part.size * request.samples, part.size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    if request.estimator == "gather" and part.counted is not None:
-        transfer = trace_alone(total, request, progress, folder, prepared=prepared)
-        bare = total.bare and trace_alone(total.bare, request, progress, folder, prepared=replace(prepared, bare=True))
-        transfer = replace(transfer, bare=bare)
-    else:
-        trace = ESTIMATORS[request.estimator]
-        transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
-    return replace(transfer, record=replace(transfer.record, rounds=part.size))
+    prepared = replace(reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns)
+    other = trace_scene(run.scene, run.weather, request, progress, folder, prepared=prepared)
+    if other.record.interrupted:  # by some suns only: not a whole round
+        raise CancelledError
+    other = replace(other, record=replace(other.record, rounds=part.size))
+    return replace(run, transfer=merge_rounds(run.transfer, other))
 
 
 def weigh_kept_suns(transfer, axis):

@@ -128,7 +128,7 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     receives[: len(few.patches)] &= part[few.patches]
     ready = replace(few.prepared, patches=replace(patches, receives=receives))
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
-        transfer = trace_seasons(trace_hybrid, few.scene, suns, request, progress=progress, folder=None, prepared=ready)
+        transfer = trace_seasons(lambda one: trace_hybrid(few.scene, suns, request, progress, prepared=one), ready)
     records = [one.record for one in (transfer, transfer.bare) if one is not None]
     spent, wall = (
         sum(sum(stages.values()) - stages[PLAN] for stages in found)

@@ -2,7 +2,7 @@
 
     round 1 ─► Transfer ─► errors ─► within the target, or no time for another round? ─► done
                   ▲                        │ no
-                  └── merge ◄── round k ◄──┘
+                  └────── round k ◄────────┘
 
 Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what every round costs beside
 its rays counts little. Each goes on where the one before it stopped in the sequences of random points.
@@ -18,13 +18,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..light import merge_transfers
-from ..light.rounds import add_continued
-from ..light.transfer import Round
+from ..light.rounds import Round
 from ..settings.progress import CancelledError, describe_duration
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area
 
-LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds, and of one: patches are resolved into as many elements as points
+LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds
 SAFETY = 0.7  # of the target
 FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replicates
 TYPICAL = 3  # the same, of the median of all surfaces
@@ -62,9 +60,7 @@ def choose_counted(errors, request, target, surfaces, before=None):
     (n,) bool or None
         Those to be traced alone; None: all, also where light that others pass on makes much of their error.
     """
-    last = max(errors.rounds // 2, 1) * request.shadow_samples  # points of the last round, and so its elements
-    few = errors.rounds * request.samples < LEAST_RAYS or last < LEAST_POINTS
-    if few:
+    if errors.rounds * request.samples < LEAST_RAYS or errors.rounds * request.shadow_samples < LEAST_POINTS:
         return None
     relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
     sampled = sum(relative[name] for name in SAMPLED)
@@ -96,18 +92,18 @@ def largest_round(request):
     return 1 << max(times, 1).bit_length() - 1
 
 
-def refine_transfer(transfer, errors, goal, trace_round, tell):
-    """Trace and merge rounds until the goal is reached.
+def refine(run, errors, goal, trace_round, tell):
+    """Trace rounds until the goal is reached.
 
     Parameters
     ----------
-    transfer : Transfer
-        The first round.
+    run : Run
+        Of the first round.
     errors : callable
         `errors(transfer)` gives its YieldErrors.
     goal : Goal
     trace_round : callable
-        `trace_round(total, part)` gives the Transfer of a further round.
+        `trace_round(run, part)` gives the Run with a further round.
     tell : callable
         Called with a line of text after each round.
 
@@ -116,8 +112,8 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
     Transfer
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
-    found, told, counted = errors(transfer), -SECONDS_PER_LINE, None
-    first = sum(transfer.record.seconds.values())
+    found, told, counted = errors(run.transfer), -SECONDS_PER_LINE, None
+    first = sum(run.transfer.record.seconds.values())
     lasted = {False: first, True: ALONE * first}  # [s] of a round of size 1, of all surfaces and of some alone
     while True:
         stop = decide_stop(found, goal)
@@ -129,25 +125,16 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
             stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
-            tell(describe_round(found, goal, 0.0 if stop else each, transfer.record, stop))
+            tell(describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
             told = started
         if stop:
-            return transfer
+            return run.transfer
         try:
-            more = trace_round(transfer, Round(size, counted))
+            run = trace_round(run, Round(size, counted))
         except CancelledError:
-            return transfer
-        if more.record.interrupted:  # by some suns only: not a whole round
-            return transfer
-        transfer = add_round(transfer, more)
-        found = errors(transfer)
+            return run.transfer
+        found = errors(run.transfer)
         lasted[alone] = (time.monotonic() - started) / size
-
-
-def add_round(total, other):
-    """Merge a round into a Transfer, whose matrices are overwritten: one that continues it, or an independent one."""
-    continued = total.patch_light is not None and other.patch_light is not None
-    return (add_continued if continued else merge_transfers.add_round)(total, other)
 
 
 def size_of_round(errors, goal, each):
@@ -232,16 +219,14 @@ def describe_round(errors, goal, each, record, stop):
 def unreachable(errors, target, shadow_samples):
     """Why no number of rounds reaches a target [%], and the option that would help: (str, str), or None.
 
-    None as well where that is not certain: what stays exceeds the target by less than its standard error, or patches
-    are not resolved into as many elements as in later rounds.
+    None as well where that is not certain: what stays exceeds the target by less than its standard error.
     """
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:
         return None
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
     source = fixed.largest()
-    if source == "discretisation" and shadow_samples < CELLS:
-        return None
-    cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
+    finer = "a smaller --patch-size" if shadow_samples >= CELLS else f"--shadow-samples {CELLS}"
+    cure = {"suns": "--suns with more days, or hourly", "discretisation": finer}[source]
     words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
     return words, f"give {cure}, or a target above {left:.2f}"

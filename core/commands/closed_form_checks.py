@@ -142,7 +142,7 @@ def furnace(albedo, bounces):
     patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, cover=False)
     first = np.ones((len(patches), 1), np.float32)
     factor = radiosity_factor(patches, hemisphere.covered_share)
-    reflected, _, _ = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)
+    reflected = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)
     irradiance = (first + reflected).astype(float).ravel()
     return float(irradiance[np.abs(irradiance - irradiance.mean()).argmax()]), 0.0
 

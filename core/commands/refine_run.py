@@ -2,7 +2,7 @@
 
 import time
 
-from ..accuracy.refine import Goal, choose_counted, largest_round, refine_transfer, unreachable
+from ..accuracy.refine import Goal, choose_counted, largest_round, refine, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..settings.progress import TerminalProgress
 from ..study import compute_energy, trace_round
@@ -17,14 +17,13 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
-def refine_run(transfer, inputs, log, progress, *, folder, told=False):
+def refine_run(run, log, progress, *, folder, told=False):
     """Trace rounds until the target is met or the time is up.
 
     Parameters
     ----------
-    transfer : Transfer
-        The first round, with its error of sun sampling.
-    inputs : CityYear
+    run : Run
+        Of the first round, with its error of sun sampling.
     log : RunLog
     progress : Interruption
     folder : path-like
@@ -36,7 +35,7 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     -------
     Transfer
     """
-    scene, prepared, weather, request = inputs
+    weather, request, transfer = run.weather, run.request, run.transfer
     started = time.monotonic()
     energy = compute_energy(transfer, weather, request)
     finishing = time.monotonic() - started + 2 * transfer.visible_share.nbytes / WRITING + MOMENT
@@ -51,8 +50,8 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
             errors = split_errors(one, weather, energy)
         return errors
 
-    def trace(total, part):
-        return trace_round(scene, total, request, part, progress=progress, folder=folder, prepared=prepared)
+    def trace(run, part):
+        return trace_round(run, part, progress, folder)
 
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
@@ -72,4 +71,4 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
         return choose_counted(errors, request, aim, transfer.surfaces, before)
 
     goal = Goal(target, deadline, largest_round(request), choose)
-    return refine_transfer(transfer, judge, goal, trace, log.write)
+    return refine(run, judge, goal, trace, log.write)

@@ -11,7 +11,6 @@ from ..effects.plan_effects import describe_plan
 from ..energy.counted_area import classify_again
 from ..energy.pv_system import ELECTRIC
 from ..light.prepare_scene import build_tree
-from ..light.transfer import Round
 from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME as RAYS
@@ -30,7 +29,7 @@ from ..study import (
     read_buildings,
     read_year,
     trace_base,
-    trace_scene,
+    trace_run,
 )
 from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
@@ -164,8 +163,9 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
                 told = check_reachable(CityYear(scene, prepared, weather, request), heard)
                 if told:
                     log.write(told)
-            prepared = replace(prepared, round=Round())
-        transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
+            prepared = replace(prepared, rounds=True)
+        run = trace_run(scene, weather, request, heard, folder, prepared=prepared)
+        transfer = run.transfer
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
         progress = log.progress if heard.asked else heard
         try:
@@ -174,8 +174,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         except CancelledError:
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
-            inputs = CityYear(scene, prepared, weather, request)
-            transfer = refine_run(transfer, inputs, log, heard, folder=folder, told=told)
+            transfer = refine_run(replace(run, transfer=transfer), log, heard, folder=folder, told=told)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

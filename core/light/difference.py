@@ -12,7 +12,9 @@ import numpy as np
 from .compare_cities import match_patches
 from .direct_errors import variance_of_neighbours
 from .merge_transfers import whole_error
-from .transfer import ErrorParts, SourceLight, take_rows, variance_of_mean
+from .trace_gather import SUNS
+from .traced import SKY_DOME
+from .transfer import ErrorParts, take_rows, variance_of_mean
 
 
 def errors_of_difference(before, after):
@@ -101,23 +103,16 @@ def difference_of_state(one, other, rows):
         return lambda lights: np.subtract(*(getattr(light.error, field)[some] for light, some in lights))
 
     lights = {name: (one.lights[name], other.lights[name]) for name in other.lights}
-    lights |= {None: (one.direct, other.direct)}
     transported, left = (
         {name: differ(field)(list(zip(pair[::-1], rows[::-1], strict=True))) for name, pair in lights.items()}
         for field in ("transported", "discretisation")
     )
-    sky, *sources = other.lights
-    reflected = [light.annual.reflected for light in lights[None]]
-    reflected = [
-        np.zeros_like(light.by_replicate) if part is None else part
-        for part, light in zip(reflected, lights[sky], strict=True)
-    ]
-    by_replicate = {name: [light.by_replicate for light in lights[name]] for name in other.lights}
+    by_replicate = {name: [light.by_replicate for light in pair] for name, pair in lights.items()}
     own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}
-    points = add([light.annual.by_point for light in lights[None]], variance_of_neighbours)
-    moved = add(reflected, variance_of_mean)
-    both = add([a + b for a, b in zip(reflected, by_replicate[sky], strict=True)], variance_of_mean)
-    own[None] = points + moved
+    points = add([city.direct.annual.by_point for city in pairs], variance_of_neighbours)
+    both = add([a + b for a, b in zip(by_replicate[SUNS], by_replicate[SKY_DOME], strict=True)], variance_of_mean)
+    covariance = (both - own[SUNS] - own[SKY_DOME]) / 2
+    own[SUNS] += points
     if other.prepared.plan["specular"].on or one.prepared.plan["specular"].on:  # photons of both runs are independent
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
@@ -125,15 +120,15 @@ def difference_of_state(one, other, rows):
     taken = take_brighter(one, other, rows)
     return replace(
         taken,
-        diffuse_relative_standard_error=error[sky],
-        direct_annual_standard_error=error[None],
+        diffuse_relative_standard_error=error[SKY_DOME],
+        direct_annual_standard_error=error[SUNS],
         error_parts=ErrorParts(
-            diffuse_passed_on=transported[sky],
-            direct_passed_on=transported[None],
-            diffuse_discretisation=left[sky],
-            direct_discretisation=left[None],
-            covariance=(both - moved - own[sky]) / 2,
+            diffuse_passed_on=transported[SKY_DOME],
+            direct_passed_on=transported[SUNS],
+            diffuse_discretisation=left[SKY_DOME],
+            direct_discretisation=left[SUNS],
+            covariance=covariance,
             direct_points=points,
         ),
-        sources={name: SourceLight(*list(vars(taken.sources[name]).values())[:2], error[name]) for name in sources},
+        sources={name: replace(light, standard_error=error[name]) for name, light in taken.sources.items()},
     )

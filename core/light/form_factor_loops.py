@@ -97,12 +97,9 @@ def link_patches(rows, scale, factor):
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_patches(chosen, links, product, light, sums):
-    """Light of patches, (p, s), times the weights of `link_patches`.
-
-    `sums` is a tuple of (s,) and (p,) float32 as in `propagate`, and whether to add to the product or overwrite it.
-    """
-    (start, patch, weight), (weights, arrived, add) = links, sums
+def add_patches(chosen, links, product, light, add):
+    """Light of patches, (p, s), times the weights of `link_patches`: added to the product, or in place of it."""
+    start, patch, weight = links
     total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
         total[:] = 0
@@ -114,11 +111,9 @@ def add_patches(chosen, links, product, light, sums):
             for column in range(len(total)):
                 pair = a * first[column] + b * second[column]
                 total[column] += pair + (c * third[column] + d * fourth[column])
-        to, weighted = product[chosen[row]], np.float32(0)
+        to = product[chosen[row]]
         for column in range(len(total)):
             to[column] = to[column] + total[column] if add else total[column]
-            weighted += total[column] * weights[column]
-        arrived[chosen[row]] = weighted
 
 
 @njit(nogil=True, cache=True)

@@ -16,7 +16,7 @@ from .form_factor_loops import (
 from .traced import REPLICATE_BITS
 
 
-def multiply(form_factors, factor, light, threads=1):
+def multiply(form_factors, factor, light, threads=1, *, out=None, total=None):
     """F · (factor ∘ light), the mean over the replicates.
 
     Parameters
@@ -27,22 +27,6 @@ def multiply(form_factors, factor, light, threads=1):
     light : (p, s) float32
         Irradiance of the patches by s light sources.
     threads : int
-
-    Returns
-    -------
-    (p, s) float32
-    """
-    weight, arrived = np.zeros(light.shape[1], np.float32), np.empty(len(light), np.float32)
-    return propagate(form_factors, factor, light, (weight, arrived), threads)
-
-
-def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=None):
-    """F · (factor ∘ light) as in `multiply`, with weighted sums of the rows, taken while a row is still in the cache.
-
-    Parameters
-    ----------
-    sums : tuple of (s,) and (p,) float32
-        Weight of each light source; and, written, the weighted sum of each row.
     out : (p, s) float32, optional
         Array to write to. Must not be `light`.
     total : (p, s) float32, optional
@@ -53,12 +37,9 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
     (p, s) float32
         The product, or `total` if given.
     """
-    weight, arrived = sums
     if light.shape[1] == 1:
         product = run_rows(form_factors, 1, threads, add_single, factor.ravel(), light[:, 0])
-        np.multiply(product[:, 0], weight[0], out=arrived)
         return product if total is None else np.add(total, product, out=total)
-    arrived[:] = 0
     fresh = total is None
     product = total if total is not None else np.empty_like(light) if out is None else out
     if fresh:
@@ -67,7 +48,7 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
 
     def work(part):
         rows, linked = part
-        add_patches(rows.chosen, linked, product, light, (weight, arrived, not fresh))
+        add_patches(rows.chosen, linked, product, light, not fresh)
 
     for _ in map_in_order(work, zip(form_factors.rows, links, strict=True), threads):
         pass

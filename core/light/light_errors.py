@@ -20,7 +20,7 @@ import numpy as np
 from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside
 from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
 from .solve_radiosity import exchange_of
-from .transfer import Uneven, variance_of_mean
+from .transfer import variance_of_mean
 
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
 SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
@@ -170,7 +170,6 @@ class LightError:
     own: np.ndarray  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
     transported: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
     discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
-    uneven: Uneven | None = None  # what `discretisation` is told from
 
     @property
     def standard_error(self):
@@ -179,7 +178,7 @@ class LightError:
 
     def scaled(self, factor):
         """Error of the light times a factor."""
-        return LightError(factor**2 * self.own, factor * self.transported, factor * self.discretisation, self.uneven)
+        return LightError(factor**2 * self.own, factor * self.transported, factor * self.discretisation)
 
 
 class ReflectedError(NamedTuple):
@@ -210,21 +209,8 @@ def errors_of_surfaces(patch_to_surface, variance, reflections=None):
     if reflections is None:
         none = np.zeros((patch_to_surface.shape[0], HEMISPHERE_REPLICATES))
         return LightError(own, none, none[:, 0])
-    transported = patch_to_surface @ reflections.deviations.astype(float)
-    steps = reflections.steps
-    received = patch_to_surface @ steps.received.astype(float)
-    uneven = Uneven(received, patch_to_surface.power(2) @ steps.variance, np.asarray(reflections.light))
-    return LightError(own, transported, patch_size_error(uneven, transported), uneven)
-
-
-def patch_size_error(uneven, transported):
-    """Discretisation error of surfaces, signed, 0 where small: (n,) float64.
-
-    Parameters
-    ----------
-    uneven : Uneven
-    transported : (n, HEMISPHERE_REPLICATES) float64
-        The light of cells contains noise, and so do the steps, of the rays that look at it as well.
-    """
-    left = remaining_error(uneven.received, variance_of_mean(transported) + uneven.variance)
-    return np.where(np.abs(left) > SMALL_SHARE * uneven.light, left, 0)
+    transported, steps = patch_to_surface @ reflections.deviations.astype(float), reflections.steps
+    # The light of cells contains noise, and so do the steps, of the rays that look at it as well.
+    noise = variance_of_mean(transported) + patch_to_surface.power(2) @ steps.variance
+    left = remaining_error(patch_to_surface @ steps.received.astype(float), noise)
+    return LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * reflections.light, left, 0))

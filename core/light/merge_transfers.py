@@ -58,7 +58,7 @@ def merge_transfers(transfers):
         They are of different scenes or suns.
     """
     first, *others = transfers
-    return reduce(add_round, others, own_matrices(first)) if others else first
+    return reduce(merge_rounds, others, own_matrices(first)) if others else first
 
 
 def own_matrices(transfer):
@@ -67,7 +67,7 @@ def own_matrices(transfer):
     return replace(transfer, **copies, bare=transfer.bare and own_matrices(transfer.bare))
 
 
-def add_round(total, other):
+def merge_rounds(total, other):
     """Merge one Transfer into another, whose matrices of surfaces × suns are overwritten.
 
     Parameters, result and errors as of `merge_transfers`.
@@ -86,7 +86,7 @@ def add_round(total, other):
         diffuse_relative_standard_error=whole_error(own[0], *left[:2]),
         direct_annual_standard_error=whole_error(own[1], *left[2:]),
         error_parts=parts,
-        bare=total.bare and add_round(total.bare, other.bare),
+        bare=total.bare and merge_rounds(total.bare, other.bare),
         record=merge_records(total.record, other.record, weight),
     )
 
@@ -110,12 +110,8 @@ def merge_light(total, other, weight):
 
     The matrices of surfaces × suns of the first are overwritten, in blocks of rows.
     """
-    weight = np.broadcast_to(np.float64(weight), (len(total.surfaces),))
     for name in MATRICES:
-        matrix, values = getattr(total, name), getattr(other, name)
-        for first in range(0, len(matrix), ROWS):
-            rows = slice(first, first + ROWS)
-            matrix[rows] += weight[rows, None].astype(np.float32) * (values[rows] - matrix[rows])
+        add_columns(getattr(total, name), getattr(other, name), np.full(len(total.surfaces), weight))
     sources = {}
     for name, one in total.sources.items():
         two = other.sources[name]
@@ -123,6 +119,13 @@ def merge_light(total, other, weight):
         view, relative = (blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative"))
         sources[name] = SourceLight(view, relative, error)
     return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {"sources": sources}
+
+
+def add_columns(matrix, values, weight):
+    """Overwrite a matrix of surfaces × suns with its mean with another, whose weights are (n,), in blocks of rows."""
+    for first in range(0, len(matrix), ROWS):
+        rows = slice(first, first + ROWS)
+        matrix[rows] += weight[rows, None].astype(np.float32) * (values[rows] - matrix[rows])
 
 
 def blend(one, other, weight):

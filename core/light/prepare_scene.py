@@ -10,9 +10,9 @@ from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
 from ..settings.progress import silent
+from ..settings.request import check_request
 from ..settings.threads import usable_threads
-from ..sun.suns import Suns
-from .transfer import Round
+from ..sun.suns import Suns, check_suns
 
 
 @dataclass
@@ -24,15 +24,28 @@ class PreparedScene:
     patches: Patches
     plan: TracePlan
     suns: Suns | None = None  # if they were chosen already
-    round: Round | None = None  # if further ones are to be merged with it
-    bounces: int | None = None  # number of reflections, where a round before found it
+    bounces: int | None = None  # number of reflections, where a run before found it
     bare: bool = False  # whether deciduous trees are traced without leaves
+    rounds: bool = False  # whether what rays met is kept, for further rounds
     editable: bool = False  # whether what rays and suns met is kept, for edits of the city
 
     @cached_property
     def canopy(self):
         """What attenuates rays: Canopy, or None without trees."""
         return self.plan.foliage and self.plan.foliage.canopy(self.bare)
+
+
+def check_tracing(scene, suns, request):
+    """Refuse what cannot be traced.
+
+    Raises
+    ------
+    InputError
+        A number, an array or a setting is invalid.
+    """
+    check_scene(scene)
+    check_suns(suns)
+    check_request(request)
 
 
 def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):

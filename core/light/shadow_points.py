@@ -66,7 +66,7 @@ def shadow_points(patches, chosen, point_count):
     return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
 
-def find_points(patches, covered, point_count, wanted, threads=1):
+def find_points(patches, covered, counts, wanted, threads=1):
     """Which points of patches lie in the open, and which of them stand for which element.
 
     Parameters
@@ -74,7 +74,8 @@ def find_points(patches, covered, point_count, wanted, threads=1):
     patches : Patches
     covered : (p, cells) bool
         Cells that lie inside or under something.
-    point_count : int
+    counts : tuple of two int
+        Points of each patch, and elements, at most as many.
     wanted : (p,) bool
         Patches that look at suns.
     threads : int
@@ -83,7 +84,7 @@ def find_points(patches, covered, point_count, wanted, threads=1):
     -------
     KnownPoints
     """
-    count, elements = len(patches), count_elements(point_count)
+    count, (point_count, elements) = len(patches), counts
     is_open = np.ones((count, point_count), bool)
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(elements))).mean(axis=1)

@@ -17,7 +17,7 @@ from numba import njit
 from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
 from ..settings.errors import check_array
 from ..settings.threads import work_in_slices
-from .form_factor_products import multiply, multiply_starts, propagate
+from .form_factor_products import multiply, multiply_starts
 from .traced import SKY_DOME, FormFactors, check_form_factors
 
 LARGEST_RATIO = 0.999
@@ -103,11 +103,9 @@ class Exchange:
     factor: np.ndarray  # (p, elements) float32, of `element_factors`
     threads: int = 1
 
-    def reflect(self, light, sums=None, **kept):
-        """F · (factor ∘ light) of (p, s) float32; `sums` and what is kept as of `propagate`."""
-        if sums is None:
-            sums = np.zeros(light.shape[1], np.float32), np.empty(len(light), np.float32)
-        return propagate(self.form_factors, self.factor, light, sums, self.threads, **kept)
+    def reflect(self, light, **kept):
+        """F · (factor ∘ light) of (p, s) float32; what is kept as of `multiply`."""
+        return multiply(self.form_factors, self.factor, light, self.threads, **kept)
 
 
 def exchange_of(context, traced):
@@ -116,8 +114,8 @@ def exchange_of(context, traced):
 
 
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections: `iterate_bounces` for unchecked arrays and one `factor`, (p,), of
-    `radiosity_factor` for each patch.
+    """Irradiance by reflections, (p, s) float32: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
+    `radiosity_factor` for each patch; `far_first`, (p, s), is what the far ground adds to the first reflection.
 
     Raises
     ------
@@ -129,66 +127,39 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     check_form_factors(form_factors, count)
     exchange = Exchange(form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
-    arriving = multiply(form_factors, exchange.factor, first)
-    return iterate_bounces(exchange, arriving, max_bounces, far_first=far_first, first_light=first.sum())
+    return sum_reflections(exchange, exchange.reflect(first) + far_first, max_bounces)
 
 
-def iterate_bounces(exchange, arriving, max_bounces, *, far_first=None, first_light=0.0, weight=None, progress=None):
-    """Irradiance by reflections.
+def sum_reflections(exchange, arriving, count, report=lambda done: None):
+    """Irradiance by reflections: E₁ + … + E_count.
 
     Parameters
     ----------
     exchange : Exchange
     arriving : (p, s) float32
-        F (ρ ∘ E₀), one column per light source. Overwritten.
-    max_bounces : int
-    far_first : (p, s) float32, optional
-        What the far ground adds at the first bounce.
-    first_light : float
-        Sum of E₀ over all patches and, weighted, over the light sources; for `last`.
-    weight : (s,) float32, optional
-        Weight of each light source in sums over them; 1 if not given.
-    progress : callable, optional
-        Called with the number of bounces done.
+        E₁, one column per light source. Overwritten.
+    count : int
+    report : callable
+        Called with the number of reflections done.
 
     Returns
     -------
-    reflected : (p, s) float32
-        The sum of E₁ to E_max.
-    propagated : (p,) float32
-        E₁ + … + E_{max-1}, the light re-emitted after the first bounce, summed with `weight`.
-    last : float
-        Share of E_max of all light, to judge what is cut off after the last bounce.
+    (p, s) float32
     """
-    if not max_bounces:
-        return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
-    weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
-    propagated, whole, last = np.zeros(len(arriving), np.float32), float(first_light), 0.0
-    # The light of the first bounce is not needed after the second: its array accumulates the sum of all.
-    reflected, light, spare = arriving, arriving, None
-    arrived = np.empty(len(arriving), np.float32)
-
-    def weigh(rows):
-        if far_first is not None:
-            arriving[rows] += far_first[rows]
-        arrived[rows] = np.einsum("ps,s->p", arriving[rows], weight)
-
-    for bounce in range(max_bounces):
-        if bounce == 0:
-            work_in_slices(weigh, len(light), exchange.threads)
-        elif bounce > 1 and bounce + 1 == max_bounces:
-            exchange.reflect(light, (weight, arrived), total=reflected)
+    if not count:
+        return np.zeros_like(arriving)
+    # The light of the first reflection is not needed after the second: its array takes the sum of all.
+    whole, light, spare = arriving, arriving, None
+    report(1)
+    for done in range(2, count + 1):
+        if 2 < done == count:
+            exchange.reflect(light, total=whole)
         else:
-            product = exchange.reflect(light, (weight, arrived), out=spare)
-            light, spare = product, None if light is reflected else light
-            add_in_slices(reflected, light, exchange.threads)
-        last = arrived.sum(dtype=float)
-        whole += last
-        if bounce + 1 < max_bounces:
-            propagated += arrived
-        if progress is not None:
-            progress(bounce + 1)
-    return reflected, propagated, last / whole if whole > 0 else 0.0
+            product = exchange.reflect(light, out=spare)
+            light, spare = product, None if light is whole else light
+            add_in_slices(whole, light, exchange.threads)
+        report(done)
+    return whole
 
 
 def find_bounces(exchange, light, weights, first):

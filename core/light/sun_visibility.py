@@ -15,7 +15,7 @@ from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
-from .shadow_points import KnownPoints, find_points, shadow_points, split_net
+from .shadow_points import KnownPoints, count_elements, find_points, shadow_points, split_net
 from .sun_blocks import SunBlock
 
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
@@ -38,6 +38,7 @@ class SunWatch:
     behind: bool = False  # trace rays to suns behind a patch as well (never visible; this only costs time)
     threads: int = 1
     points: KnownPoints | None = None  # the same for all suns: found with the first
+    elements: int | None = None  # of each patch, at most one for a point; None: as many as there can be
 
 
 @dataclass
@@ -144,7 +145,8 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
-        watch.points = find_points(patches, watch.covered, m, wanted, watch.threads)
+        elements = watch.elements or count_elements(m)
+        watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
     turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
     bits, asked = known or (np.zeros((len(patches), -(-m // WORD), len(directions)), np.uint16), None)
     looking = watch.traced if asked is None else watch.traced & asked.any(axis=1)

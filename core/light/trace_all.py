@@ -41,9 +41,14 @@ class GatherContext(RayCity):
     patch_to_surface: sparse.csr_matrix  # (n, p), averages patches over their surface
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
     progress: Callable
-    rounds: bool = False  # whether further ones go on from what this one finds
-    editable: bool = False  # whether all that an edit of the city needs is kept
+    rounds: bool = False  # whether what further rounds need is kept
+    editable: bool = False  # whether what an edit of the city needs is kept
     bounces: int = 0  # number of reflections, of all light
+
+    @property
+    def keeps(self):
+        """Whether what rays met is kept after the run."""
+        return self.rounds or self.editable
 
     @property
     def points(self):
@@ -101,7 +106,7 @@ def prepare_gather(prepared, request, progress):
         patch_to_surface=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
         progress=progress,
-        rounds=prepared.round is not None,
+        rounds=prepared.rounds,
         editable=prepared.editable,
         bounces=plan.max_bounces or prepared.bounces or 0,
     )
@@ -149,7 +154,7 @@ def trace_all(context, known=None):
     fill_closed_forms(context, found)
     if plan.reflections:
         found.factor = element_factors(context, found)
-    if not context.editable:
+    if not context.keeps:
         found.element_far_ground = found.open_share = None
     return found
 

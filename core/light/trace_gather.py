@@ -6,27 +6,26 @@ import numpy as np
 from scipy import sparse
 
 from ..city.canopy import forget_rays
-from ..city.scene import check_scene
 from ..effects.effect import Measured, judge_effects
 from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import CancelledError, Clock
-from ..settings.request import check_request
 from ..sun.horizon import without_hidden
-from ..sun.suns import check_suns, interrupted_suns
+from ..sun.suns import interrupted_suns
+from .annual_light import solve_annual
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
 from .measure_room import average_room, list_clearances, measure_room_of_patches
-from .prepare_scene import PreparedScene, prepare_scene
-from .rounds import keep_patches, with_patches
-from .solve_radiosity import Exchange, find_bounces, radiosity_factor
-from .solve_sky import solve_dome, solve_source
-from .solve_suns import SunLight, SunTask, annual_light, light_of_first_days, prepare_suns, solve_suns
+from .prepare_scene import PreparedScene, check_tracing, prepare_scene
+from .solve_light import solve_dome, solve_source
+from .solve_radiosity import Exchange, covariance_of_replicates, find_bounces, radiosity_factor
+from .solve_suns import SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
-from .transfer import Emitted, ErrorParts, TraceRecord, Transfer, note_interruption, variance_of_mean
+from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_interruption, variance_of_mean
 
+SUNS = "suns"  # the name of their light, summed by their weights
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
 
@@ -38,7 +37,7 @@ class TracedCity:
     context: GatherContext
     traced: Traced
     task: SunTask
-    lights: dict  # of the sky, and of each source by its name: SkyLight
+    lights: dict  # of the sky, of each source by its name, and of all suns together: Light
     direct: SunLight
     transfer: Transfer
     room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
@@ -75,9 +74,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     InputError
         If a number, an array or a setting is invalid; raised before any ray is traced.
     """
-    check_scene(scene)
-    check_suns(suns)
-    check_request(request)
+    check_tracing(scene, suns, request)
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     if prepared.plan["specular"].on and specular is None:
         problem = "a material is a mirror, glossy or glass, which gather alone does not follow"
@@ -93,7 +90,6 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock, scene = Clock(), prepared.scene
     context = prepare_gather(prepared, request, progress)
     patches, plan, ray_scene = context.patches, context.plan, context.ray_scene
-    to_surface = context.patch_to_surface
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
 
@@ -104,27 +100,31 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced, task)
         clock.lap("number of reflections")
-    diffuse = solve_dome(context, traced, traced.first[SKY_DOME])
+    lights = {SKY_DOME: (diffuse := solve_dome(context, traced))}
     light = specular and specular(context, traced)
     if light:
         factor = radiosity_factor(patches, traced.covered_share)
         diffuse.add(light.of_sky(factor * diffuse.by_replicate.mean(axis=1)))
-    if not context.editable:
+    if not context.keeps:
         traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
     clock.lap("diffuse reflections")
-    sources, lights = {}, {SKY_DOME: diffuse}
     for source in plan.sources:
-        lights[source.name], sources[source.name] = solve_source(context, traced, source.name, light)
+        lights[source.name] = solve_source(context, traced, source.name, light)
         clock.lap(source.name)
     if known and known.preview:
-        known.preview(diffuse.mean, annual_light(context, traced, task))
+        lights[SUNS] = solve_annual(context, traced, look_at_all(context, traced, task))
+        known.preview(diffuse.mean, lights[SUNS].mean)
         clock.lap("preview")
-    direct = solve_suns(context, traced, task, diffuse.by_replicate, folder=folder, specular=light)
+    direct = solve_suns(context, traced, task, folder=folder, specular=light)
+    lights[SUNS] = lights.get(SUNS) or solve_annual(context, traced, direct.annual)
+    if light:
+        lights[SUNS].error.own = lights[SUNS].error.own + variance_of_mean(direct.specular.T)
     clock.lap("suns")
     lengths = list_clearances(request)
     how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
     room = measure_room_of_patches(ray_scene, patches, scene, traced.covered, **how)
     clock.lap("room for modules")
+    to_surface, unknown = context.patch_to_surface, np.isnan(lights[SUNS].error.own).any()
     transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
@@ -132,60 +132,77 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         covered_share=cover_of_surfaces(to_surface, traced.covered_share),
         no_room=average_room(to_surface, room),
         clearances=lengths,
-        sky_view_factor=to_surface @ traced.sky.mean(axis=1),
-        far_ground_view_factor=to_surface @ traced.far_ground.mean(axis=1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
-        diffuse_relative=diffuse.mean,
-        diffuse_relative_standard_error=diffuse.error.standard_error,
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
-        direct_annual_standard_error=direct.error.standard_error,
-        sources=sources,
         terrain=plan.terrain,
-        error_parts=ErrorParts(
-            diffuse_passed_on=diffuse.error.transported,
-            direct_passed_on=direct.error.transported,
-            diffuse_discretisation=diffuse.error.discretisation,
-            direct_discretisation=direct.error.discretisation,
-            covariance=direct.covariance,
-            direct_points=direct.points,
-        ),
+        **light_of_surfaces(context, traced, lights, direct.annual),
         record=TraceRecord(
             request=request.as_dict(),
-            effects=judge_effects(plan, measure_outcome(context, traced, diffuse, direct, left)),
+            effects=judge_effects(plan, measure_outcome(context, traced, lights, left)),
             max_bounces=context.bounces,
             brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),
             threads=context.threads,
             engine=ray_scene.engine,
             hemisphere_rays=traced.ray_count[SKY_DOME],
-            source_rays={name: traced.ray_count[name] for name in sources},
+            source_rays={source.name: traced.ray_count[source.name] for source in plan.sources},
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,
             embree_thread_seconds=ray_scene.thread_seconds - traced_before,
             last_bounce_share_diffuse=diffuse.last,
-            last_bounce_share_direct=direct.last,
+            last_bounce_share_direct=lights[SUNS].last,
             discretisation_error={
                 "diffuse": diffuse.discretisation_error,
-                "direct": direct.discretisation_error,
+                "direct": lights[SUNS].discretisation_error,
             },
             degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
             interrupted=note_interruption(direct.kept, len(suns)),
-            standard_error_unknown=ONE_POINT if np.isnan(direct.error.own).any() else None,
+            standard_error_unknown=ONE_POINT if unknown else None,
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
     task.known = None
-    found = TracedCity(prepared, context, traced, task, lights, direct, transfer, room)
-    if prepared.round is None or transfer.record.interrupted:
-        return found
-    annual = direct.annual
-    none = np.zeros_like(diffuse.by_replicate) if annual.reflected is None else annual.reflected
-    kept = keep_patches(context, task, prepared.round, (diffuse.by_replicate, none), annual.by_point)
-    emitted = Emitted(diffuse.radiosity, annual.radiosity, annual.lit_ground)
-    kept = replace(kept, emitted=emitted, uneven=(diffuse.error.uneven, direct.error.uneven))
-    return replace(found, transfer=with_patches(transfer, kept))
+    if traced.form_factors is not None:
+        traced.form_factors.links = None  # large
+    if not context.rounds:
+        direct.annual = replace(direct.annual, elements=None, spread=None)
+    return TracedCity(prepared, context, traced, task, lights, direct, transfer, room)
+
+
+def light_of_surfaces(context, traced, lights, annual):
+    """What the light of the sky, its sources and the suns' sum is on surfaces, with errors: dict, fields of Transfer.
+
+    Parameters
+    ----------
+    context : GatherContext
+    traced : Traced
+    lights : dict of Light
+        As of `TracedCity`.
+    annual : Annual
+    """
+    sky, suns, to_surface = lights[SKY_DOME], lights[SUNS], context.patch_to_surface
+    squares, sources = to_surface.power(2), {}
+    for source in context.plan.sources:
+        view, light = traced.first[source.name].light.mean(axis=1, dtype=float), lights[source.name]
+        sources[source.name] = SourceLight(to_surface @ view, light.mean, np.asarray(light.error.standard_error))
+    return {
+        "sky_view_factor": to_surface @ traced.sky.mean(axis=1),
+        "far_ground_view_factor": to_surface @ traced.far_ground.mean(axis=1),
+        "diffuse_relative": sky.mean,
+        "diffuse_relative_standard_error": sky.error.standard_error,
+        "direct_annual_standard_error": suns.error.standard_error,
+        "sources": sources,
+        "error_parts": ErrorParts(
+            diffuse_passed_on=sky.error.transported,
+            direct_passed_on=suns.error.transported,
+            diffuse_discretisation=sky.error.discretisation,
+            direct_discretisation=suns.error.discretisation,
+            covariance=squares @ covariance_of_replicates(suns.by_replicate, sky.by_replicate),
+            direct_points=squares @ annual.variance,
+        ),
+    }
 
 
 def choose_bounces(prepared, context, traced, task):
@@ -215,13 +232,13 @@ def group_surfaces(context):
     return np.stack([*groups, area if area.any() else surfaces.area])
 
 
-def measure_outcome(context, traced, diffuse, direct, left):
+def measure_outcome(context, traced, lights, left):
     """What a run tells on what it left out: Measured; `left` of reflections is known where their number was found."""
-    groups, area = group_surfaces(context), context.eligible_area
-    noise, light = np.sqrt(variance_of_mean(groups @ diffuse.error.transported)), groups @ diffuse.mean
+    groups, area, sky = group_surfaces(context), context.eligible_area, lights[SKY_DOME]
+    noise, light = np.sqrt(variance_of_mean(groups @ sky.error.transported)), groups @ sky.mean
     far = context.request.ground_albedo * (area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1)))
     return Measured(
-        last_bounce=max(diffuse.last, direct.last),
+        last_bounce=max(sky.last, lights[SUNS].last),
         far_ground=float(far / light[-1]) if light[-1] > 0 else 0.0,
         passed_on=float(np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)),
         unseen=traced.unseen_share,
@@ -229,15 +246,13 @@ def measure_outcome(context, traced, diffuse, direct, left):
     )
 
 
-def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
+def trace_seasons(trace, prepared):
     """Transfer of a scene; with deciduous trees that in leaf, with the bare one as its `bare`.
 
     Parameters
     ----------
     trace : callable
-        The estimator.
-    scene, suns, request, progress, folder
-        As of the estimator.
+        `trace(prepared)` gives the Transfer of one state, by either estimator.
     prepared : PreparedScene
 
     Raises
@@ -245,14 +260,20 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
     CancelledError
         It was cancelled before the suns of the second state: one alone does not stand for the year.
     """
-    transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
-    foliage = prepared.plan.foliage
+    transfer, foliage = trace(prepared), prepared.plan.foliage
     if foliage is None or not foliage.seasonal:
         return transfer
     if transfer.record.interrupted:
         raise CancelledError
-    bare = trace(scene, suns, request, progress, folder, prepared=replace(prepared, bare=True))
+    bare = trace(replace(prepared, bare=True))
     forget_rays(foliage.kept)
+    return join_seasons(transfer, bare, prepared.plan)
+
+
+def join_seasons(transfer, bare, plan):
+    """Transfer in leaf with the bare one as its `bare`, under the suns of both; where that is None, itself."""
+    if bare is None:
+        return transfer
     if bare.record.interrupted:
         transfer = replace(
             transfer,
@@ -261,9 +282,4 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
             direct_reflected=keep_columns(transfer.direct_reflected, len(bare.suns)),
             record=replace(transfer.record, interrupted=bare.record.interrupted),
         )
-    return join_seasons(transfer, bare, prepared.plan)
-
-
-def join_seasons(transfer, bare, plan):
-    """Transfer in leaf with the bare one as its `bare`; where that is None, itself."""
-    return transfer if bare is None else replace(transfer, bare=bare, leaf_months=plan.foliage.months)
+    return replace(transfer, bare=bare, leaf_months=plan.foliage.months)

@@ -64,6 +64,17 @@ class FormFactors:
         self.rows.append(rows)
         self.links = None
 
+    def append(self, rows):
+        """Add the hits of further rays of some patches that have rows."""
+        replaced = np.zeros(self.count, bool)
+        replaced[rows.chosen] = True
+        for one in self.rows:
+            taken = replaced[one.chosen]
+            if taken.any():
+                known = leave_rows(one, taken)
+                place = np.searchsorted(rows.chosen, known.chosen)
+                self.put(merge_rows(known, rows, place))
+
     @property
     def start_bits(self):
         """Number of last bits of a key that hold replicate and start."""
@@ -89,6 +100,31 @@ def leave_rows(rows, kept):
     entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
     start = np.concatenate([[0], np.cumsum(counts)])
     return Rows(rows.chosen[kept], start, rows.key[entries], rows.rays)
+
+
+def merge_rows(one, other, place):
+    """Hits of both, of the patches of the first, whose rows in the other are `place`, (c,) int: Rows."""
+    counts = np.diff(one.start) + np.diff(other.start)[place]
+    start = np.concatenate([[0], np.cumsum(counts)])
+    key = np.empty(start[-1], np.int32)
+    merge_keys((one.start, one.key), (other.start, other.key), place, start, key)
+    return Rows(one.chosen, start, key, one.rays + other.rays)
+
+
+@njit(nogil=True, cache=True)
+def merge_keys(one, other, place, start, key):
+    """Write the keys of two rows each, both ascending, into one that is."""
+    (first, mine), (second, theirs) = one, other
+    for row in range(len(place)):
+        a, b = first[row], second[place[row]]
+        end_a, end_b = first[row + 1], second[place[row] + 1]
+        for entry in range(start[row], start[row + 1]):
+            if b == end_b or (a < end_a and mine[a] <= theirs[b]):
+                key[entry] = mine[a]
+                a += 1
+            else:
+                key[entry] = theirs[b]
+                b += 1
 
 
 def join_rows(parts):
@@ -212,6 +248,13 @@ class FirstLight:
         """Replace the light of some patches."""
         self.light[rows], self.element[rows], self.deviation[rows] = part.light, part.element, part.deviation
 
+    def append(self, rows, part, share):
+        """The mean with the light of some patches by further rays, of which these are a share, (c, 1) float32."""
+        self.light[rows] += share * (part.light - self.light[rows])
+        self.element[rows] += share * (part.element - self.element[rows])
+        apart = part.deviation.astype(np.float32) - self.deviation[rows]
+        self.deviation[rows] += np.rint(share[:, :, None] * apart).astype(np.int16)
+
 
 def no_light(count, elements, unit=STEP):
     """FirstLight of `count` patches that see nothing."""
@@ -237,7 +280,7 @@ class RowLight:
 
 @dataclass
 class Traced:
-    """RowLight of all p patches; those without rows see nothing, and all of them is open."""
+    """RowLight of all p patches: rows can be replaced, rays added. Those without rows see nothing, all in the open."""
 
     first: dict
     far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
@@ -262,6 +305,20 @@ class Traced:
             values[part.rows], values[part.dark] = getattr(part, name), dark
         if part.hits is not None:
             self.form_factors.put(part.hits)
+
+    def append(self, part, count):
+        """Add what `count` further rays of each patch of a RowLight met."""
+        rows = part.rows
+        share = (count / (self.samples[rows] + count)).astype(np.float32)[:, None]
+        for name, first in self.first.items():
+            first.append(rows, part.first[name], share)
+            self.ray_count[name] += part.ray_count[name]
+        for name in ("far_ground", "element_far_ground", "open_share"):
+            values = getattr(self, name)
+            values[rows] += share * (getattr(part, name) - values[rows])
+        if part.hits is not None:
+            self.form_factors.append(part.hits)
+        self.samples[rows] += count
 
     @property
     def sky(self):

@@ -1,10 +1,8 @@
 """Result of tracing, independent of weather: relative irradiance of every surface, its errors, and how it was made."""
 
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
@@ -76,57 +74,6 @@ def note_interruption(kept, count):
     return {"suns_traced": kept, "of": count} if kept < count else None
 
 
-class Round(NamedTuple):
-    """Which part of a run is traced."""
-
-    size: int = 1  # samples, in units of those of the first round
-    counted: np.ndarray | None = None  # (n,) bool, surfaces traced alone, under the light of the others; None: all
-
-
-class Net(NamedTuple):
-    """Annual light without reflections at the points of a digital net on each of k patches."""
-
-    before: int  # points of the sequence before it
-    light: np.ndarray  # (k, m) float32, in the order of `points_of_grid`
-
-
-class Emitted(NamedTuple):
-    """What all p patches emit, by the last round in which all were traced; None without reflections."""
-
-    sky: np.ndarray | None  # (p, elements) float32, radiosity under the sky
-    suns: np.ndarray | None  # (p, elements) float32, annual under the suns
-    far_ground: float  # annual radiosity of the far ground under the suns
-
-
-class Uneven(NamedTuple):
-    """What the patch-size error of n surfaces is told from: linear in their light, so that rounds can be averaged."""
-
-    received: np.ndarray  # (n, 2) of `Steps`, averaged over patches
-    variance: np.ndarray  # (n,) of the former, by the surfaces' own rays
-    light: np.ndarray  # (n,) all light
-
-
-@dataclass
-class PatchLight:
-    """Light of p patches by all their rays and points so far: what the noise of several rounds is told from."""
-
-    size: np.ndarray  # (n + 1,) int, samples of each surface and, last, of the ground, in units of the first round
-    owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
-    key: np.ndarray  # (p,) uint64, of the patches' random numbers
-    sent: np.ndarray  # (p,) bool, whether the patch sends shadow rays
-    covered: np.ndarray  # (p,) float32, covered share
-    unshaded: np.ndarray  # (p,) float32, annual light of a point that nothing shades
-    squares: sparse.csr_matrix  # (n, p), squares of the weights in the means of surfaces
-    diffuse: np.ndarray  # (p, r) float32, all light of the sky by each replicate of the rays
-    reflected: np.ndarray  # (p, r) float32, annual reflected light of the suns likewise
-    rows: np.ndarray  # (k,) int, patches whose shadow points go on in one net, ascending
-    nets: list  # of Net, of these
-    points: np.ndarray  # (p,) float64, variance of annual light from shadow points
-    emitted: Emitted
-    uneven: tuple = (None, None)  # of light of the sky, and of the suns: Uneven; None without reflections
-    rest: tuple | None = None  # (n,) variances of light of the sky and of the suns by way of mirrors
-
-
 @dataclass
 class ErrorParts:
     """Parts of the standard errors of n surfaces that are not independent between surfaces.
@@ -194,7 +141,6 @@ class Transfer:
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
     no_room: np.ndarray | None = None  # (n, k) share that is open, but looks at a face from less than each clearance
     clearances: tuple = ()  # (k,) [m]; none: unknown
-    patch_light: PatchLight | None = None  # for further rounds of the same run; not kept in files
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 

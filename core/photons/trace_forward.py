@@ -12,22 +12,20 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from ..city.scene import check_scene
 from ..effects.effect import Measured, judge_effects
 from ..effects.rays import count_surely
 from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.measure_cover import find_cover
 from ..light.measure_room import average_room, list_clearances, measure_room_of_patches
-from ..light.prepare_scene import prepare_scene
+from ..light.prepare_scene import check_tracing, prepare_scene
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
-from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
-from ..sun.suns import check_suns, end_of_days, interrupted_suns
+from ..sun.suns import end_of_days, interrupted_suns
 from .emit_photons import box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
@@ -80,9 +78,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     InputError
         If a number, an array or a setting is invalid; raised before any ray is traced.
     """
-    check_scene(scene)
-    check_suns(suns)
-    check_request(request)
+    check_tracing(scene, suns, request)
     clock = Clock()
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan

@@ -18,10 +18,11 @@ from ..city.build_ground import Lattice
 from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Crowns, Scene, Site, Surfaces
 from ..city.terrain import Layer, Terrain
+from ..light.annual_light import Annual
 from ..light.editable_city import Decisions
 from ..light.light_errors import LightError
-from ..light.solve_sky import SkyLight
-from ..light.solve_suns import Annual, SunLight
+from ..light.solve_light import Light
+from ..light.solve_suns import SunLight
 from ..light.traced import FirstLight, FormFactors, Rows, Traced
 from ..rays.trail import Trail
 from ..settings.errors import InputError
@@ -30,10 +31,10 @@ from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays 2"
+NAME, FORMAT = "rays.nc", "CityPV rays 3"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, SkyLight, SunLight, Annual, LightError)
+TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
@@ -109,16 +110,12 @@ def write_rays(path, base, city, names=None):
 def keep_state(state):
     """What edits of a city need of a TracedCity: dict with `traced`, `bits`, `lights` and `direct`."""
 
-    def less(light, **none):
-        return replace(light, error=replace(light.error, uneven=None), **none)
-
-    annual = replace(state.direct.annual, suns=None, radiosity=None, specular=0.0)
     return {
         "traced": state.traced,
         "bits": state.task.bits,
         "room": state.room,
-        "lights": {name: less(light, radiosity=None) for name, light in state.lights.items()},
-        "direct": less(state.direct, annual=annual, visible_share=None, reflected=None),
+        "lights": state.lights,
+        "direct": replace(state.direct, visible_share=None, reflected=None, specular=0.0),
     }
 
 

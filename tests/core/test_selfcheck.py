@@ -81,7 +81,7 @@ def test_a_check_that_breaks_off_fails_and_the_others_go_on(monkeypatch, capsys)
 def test_a_fault_in_the_tracer_is_found(monkeypatch):
     """With a tenth of the reflected light lost, the furnace fails."""
     whole = solve_radiosity.multiply
-    monkeypatch.setattr(solve_radiosity, "multiply", lambda *given: np.float32(0.9) * whole(*given))
+    monkeypatch.setattr(solve_radiosity, "multiply", lambda *given, **kept: np.float32(0.9) * whole(*given))
     checks = {name: rest for name, *rest in closed_form_checks.closed_form_checks()}
     name = "closed furnace, albedo 0.25, 3 reflections"
     assert not selfcheck.run_check(name, *checks[name]).passed

@@ -181,7 +181,7 @@ def test_broken_reflections():
     factors, factor = found.form_factors, radiosity_factor(PATCHES, found.covered_share)
     light = np.ones((COUNT, 2), np.float32)
     solve = partial(solve_radiosity, max_bounces=3)
-    assert np.isfinite(solve(factors, factor, light, light)[0]).all()
+    assert np.isfinite(solve(factors, factor, light, light)).all()
     rows = factors.rows[0]
     rows = {
         (name, value): replace(rows, **{name: spoiled(getattr(rows, name), 7, value).astype(int)})

@@ -11,16 +11,15 @@ from test_tracing import box, join, strip, three_houses
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.transfer import Round
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import trace_round
+from citypv.core.study import trace_round, trace_run
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -128,19 +127,19 @@ def refined(name, request, seed):
     """Transfer after rounds up to a target, most of them for single surfaces alone; and how many these were."""
     scene, suns, weather, _ = prepared(name)
     request = replace(request, seed=seed)
-    start = replace(build_tree(prepare_scene(scene, request), request), round=Round())
-    first, alone = trace_gather(scene, suns, request, silent, prepared=start), []
-    energy = compute_energy(first, weather, threads=1)
+    start = replace(build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True)
+    first, alone = trace_run(scene, weather, request, prepared=start), []
+    energy = compute_energy(first.transfer, weather, threads=1)
 
-    def trace(total, part):
+    def trace(run, part):
         alone.append(len(scene.surfaces) if part.counted is None else part.counted.sum())
-        return trace_round(scene, total, request, part, prepared=start)
+        return trace_round(run, part)
 
     def choose(errors, before):
         return choose_counted(errors, request, TARGET, scene.surfaces, before)
 
     goal = Goal(TARGET, None, largest_round(request), choose)
-    found = refine_transfer(first, lambda one: split_errors(one, weather, energy), goal, trace, lambda line: None)
+    found = refine(first, lambda one: split_errors(one, weather, energy), goal, trace, lambda line: None)
     return found, alone
 
 

@@ -49,8 +49,11 @@ def furnace(albedo, bounces, samples=1024):
         patches, hemisphere = look(ROOM, albedo, samples)
     factor = radiosity_factor(patches, hemisphere.covered_share)
     given, nothing = np.ones((12, 1), np.float32), np.zeros((12, 1), np.float32)
-    reflected, _, last = solve_radiosity(hemisphere.form_factors, factor, given, nothing, bounces)
-    return (given + reflected)[:, 0], last
+    reflected, fewer = (
+        solve_radiosity(hemisphere.form_factors, factor, given, nothing, count)
+        for count in (bounces, max(bounces - 1, 0))
+    )
+    return (given + reflected)[:, 0], (reflected - fewer).sum(dtype=float) / (given + reflected).sum(dtype=float)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,147 @@
+"""Direct light of patches as the sum over all suns by their weights, and what it brings to the surfaces.
+
+    shadow points ─► light at each ─► mean of the patch, its elements, and their errors ─► `solve_light`
+
+Further rounds add points, in the same sequence for each patch: where they complete a larger net, their error is told
+from it as a whole.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..rays.hemisphere_rays import merge_nets
+from ..rays.random_numbers import mix
+from ..rays.sample_points import HEMISPHERE_REPLICATES
+from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
+from .merge_transfers import blend, blend_variance
+from .shadow_points import shift_points
+from .solve_light import solve_light
+from .sun_visibility import projection_in_front
+from .traced import FirstLight
+
+MOST_POINTS = 1024  # of a net; larger ones stay apart
+
+
+class Net(NamedTuple):
+    """Light at the points of a digital net on each of k patches."""
+
+    before: int  # points of the sequence before it
+    light: np.ndarray  # (k, m) float32, in the order of `points_of_grid`
+
+
+@dataclass
+class Annual:
+    """Light of p patches without reflections."""
+
+    by_point: np.ndarray  # (p, m) float32, at the points of the first round
+    elements: np.ndarray | None  # (p, elements) float32; None where no further round needs them
+    spread: np.ndarray | None  # (p, elements) float32, standard error of the former; likewise
+    light: np.ndarray  # (p,) float64
+    variance: np.ndarray  # (p,) float64, of the former; NaN: one point gives none
+    unshaded: np.ndarray  # (p,) float64, light where nothing shades
+    lit_ground: float  # radiosity of the far ground
+    sent: np.ndarray  # (p,) bool, patches that sent shadow rays
+    rows: np.ndarray | None = None  # (k,) int, patches whose points went on in every round, ascending; None: all
+    nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
+
+
+def sum_suns(context, traced, watch, by_point, suns):
+    """Annual light.
+
+    Parameters
+    ----------
+    context : GatherContext
+    traced : Traced
+    watch : SunWatch
+    by_point : (p, m) float32
+        Light at the points that this looked from.
+    suns : SunBlock
+        All that are in it.
+
+    Returns
+    -------
+    Annual
+    """
+    directions, weights = suns
+    unshaded = projection_in_front(context.patches.normal, directions).astype(float) @ weights
+    variance = variance_of_points([by_point], traced.covered.mean(axis=1), unshaded)
+    elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
+    if context.bounces and watch.points is not None:
+        points = watch.points.representative_points
+        elements = np.take_along_axis(by_point, points.astype(np.intp), axis=1)
+        spread = spread_of_elements(by_point, points, traced.covered)
+    albedo = context.request.ground_albedo if context.plan.far_ground else 0.0
+    return Annual(
+        by_point=by_point,
+        elements=elements,
+        spread=spread,
+        light=by_point.mean(axis=1, dtype=float),
+        variance=np.where(watch.traced, variance, 0),  # else known exactly
+        unshaded=unshaded,
+        lit_ground=albedo * float(weights @ np.maximum(directions[:, 2], 0)),
+        sent=watch.traced,
+    )
+
+
+def solve_annual(context, traced, annual):
+    """Light of surfaces under all suns by their weights, reflections included: Light, per DNI."""
+    patches = context.patches
+    keys = patches.key ^ mix(patches.points_before.astype(np.uint64))
+    light = np.repeat(annual.light[:, None].astype(np.float32), HEMISPHERE_REPLICATES, axis=1)
+    first = FirstLight(light, annual.elements, *deviations_of_spread(annual.spread.copy(), keys))
+    return solve_light(context, traced, first, annual.lit_ground, points=annual.variance)
+
+
+def add_points(one, new, share, *, keys, before, whole, covered):
+    """Annual of all points so far.
+
+    Parameters
+    ----------
+    one, new : Annual
+        Of the points before, and of further ones.
+    share : (p,) float64
+        Of the new points in all of each patch; 0 where there are none.
+    keys : (p,) uint64
+        Of the patches' random numbers.
+    before : int
+        Points of the sequence before the new ones.
+    whole : (p,) bool
+        Patches that look at all suns from each point, so that their points go on in one net.
+    covered : (p,) float
+        Covered share.
+    """
+    rows = np.flatnonzero(whole & new.sent)
+    rows = rows if one.rows is None else np.intersect1d(rows, one.rows)
+    kept = rows if one.rows is None else np.searchsorted(one.rows, rows)
+    nets = [Net(net.before, net.light[kept]) for net in one.nets or [Net(0, one.by_point)]]
+    nets = join_nets(keys[rows], [*nets, Net(before, new.by_point[rows])])
+    variance = blend_variance(one.variance, new.variance, share)
+    variance[rows] = variance_of_points([net.light for net in nets], covered[rows], one.unshaded[rows])
+    spread = np.sqrt(blend_variance(one.spread**2, new.spread**2, share[:, None])).astype(np.float32)
+    return replace(
+        one,
+        elements=blend(one.elements, new.elements, share),
+        spread=spread,
+        light=blend(one.light, new.light, share),
+        variance=variance,
+        rows=rows,
+        nets=nets,
+    )
+
+
+def join_nets(keys, nets):
+    """Nets of which none continues the one before it: list of Net."""
+    joined = []
+    for net in nets:
+        joined.append(net)
+        while len(joined) > 1:
+            one, other = joined[-2:]
+            count = one.light.shape[1]
+            halves = count == other.light.shape[1] and other.before == one.before + count
+            if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
+                break
+            shifts = tuple(shift_points(keys, np.full(len(keys), half.before)) for half in (one, other))
+            joined[-2:] = [Net(one.before, merge_nets(shifts, (one.light, other.light)))]
+    return joined
