@@ -28,7 +28,7 @@ FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replica
 TYPICAL = 3  # the same, of the median of all surfaces
 BY_OTHERS = 0.3  # of the sampled variance: more is lowered by tracing all surfaces again
 HOPELESS = 0.3  # of the variance that no sample lowers
-CELLS = 16  # shadow points from which patches are resolved into as many elements
+CELLS = 16  # shadow points from which patches are resolved into as many elements: the fewest of a run with rounds
 MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
@@ -219,14 +219,16 @@ def describe_round(errors, goal, each, record, stop):
 def unreachable(errors, target, shadow_samples):
     """Why no number of rounds reaches a target [%], and the option that would help: (str, str), or None.
 
-    None as well where that is not certain: what stays exceeds the target by less than its standard error.
+    None as well where that is not certain: what stays exceeds the target by less than its standard error, or patches
+    are not resolved into as many elements as in a run with rounds.
     """
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:
         return None
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
     source = fixed.largest()
-    finer = "a smaller --patch-size" if shadow_samples >= CELLS else f"--shadow-samples {CELLS}"
-    cure = {"suns": "--suns with more days, or hourly", "discretisation": finer}[source]
+    if source == "discretisation" and shadow_samples < CELLS:
+        return None
+    cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
     words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
     return words, f"give {cure}, or a target above {left:.2f}"

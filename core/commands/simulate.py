@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.price_list import check_reachable
+from ..accuracy.refine import CELLS
 from ..accuracy.sun_sampling import CityYear
 from ..cluster.run_tasks import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
@@ -158,6 +159,9 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     told = ""
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
+            if request.shadow_samples < CELLS:
+                log.write(f"Rounds have {CELLS} shadow points, so that light on patches is resolved finely enough")
+                request = replace(request, shadow_samples=CELLS)
             prepared = build_tree(prepared, request)
             if request.target_error:
                 told = check_reachable(CityYear(scene, prepared, weather, request), heard)
