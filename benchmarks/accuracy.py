@@ -34,6 +34,7 @@ import numpy as np
 from accuracy_adaptive import refine_to
 from tracer import SETTINGS, TOWN
 
+from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
@@ -43,7 +44,6 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import trace_round, trace_run
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns, progressive_order
 

@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 
 from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
+from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.transfer import own_diffuse, own_direct, variance_of_mean
-from citypv.core.study import trace_round, trace_run
 
 MOST_SECONDS = 300.0  # wall time of each target
 

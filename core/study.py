@@ -8,43 +8,33 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
-from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from .accuracy.sun_sampling import CityYear, measure_ways
+from .accuracy.trace_run import choose_year, trace_run
 from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
-from .city.scene import Scene
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .light.edit_light import edit_light, trace_editable
-from .light.merge_transfers import merge_rounds, seed_of_round
-from .light.prepare_scene import PreparedScene, prepare_scene, reseed
-from .light.prepare_scene import check_tracing as check_inputs
-from .light.rounds import add_round
-from .light.trace_gather import join_seasons, trace_light, trace_seasons
-from .light.transfer import Transfer, scale_direct
+from .light.prepare_scene import prepare_scene
 from .patches.read_albedo import check_materials
 from .photons.specular_light import specular_of
-from .photons.trace_forward import trace_forward
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import CancelledError, ignore_share, report_polygons, silent
-from .settings.request import Request, check_request
+from .settings.progress import ignore_share, report_polygons, silent
+from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
-from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
-from .sun.suns import progressive_order
+from .sun.sun_sampling import parse_sampling
 from .weather.read_weather import check_sources, read_weather
-from .weather.weather import Weather, check_distance
+from .weather.weather import check_distance
 
 SCENE_STAGE = "building the scene"
 
@@ -183,23 +173,6 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
     return prepare_scene(scene, request, **known, progress=progress)
 
 
-def choose_year(weather, request):
-    """Sun positions to trace for the year of a weather: Suns."""
-    return progressive_order(choose_suns(request.suns, *weather.axis, position=weather.data))
-
-
-@dataclass
-class Run:
-    """A run to which rounds can be added."""
-
-    scene: Scene
-    weather: Weather
-    request: Request
-    prepared: PreparedScene
-    transfer: Transfer
-    states: list  # of TracedCity: what its rays met, in leaf and bare; without, rounds are runs of their own
-
-
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
     """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis count.
 
@@ -209,28 +182,6 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     CancelledError.
     """
     return trace_run(scene, weather, request, progress, folder, prepared=prepared).transfer
-
-
-def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared=None):
-    """The same as a Run, to which `trace_round` adds rounds where `prepared.rounds` says so."""
-    suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
-    check_inputs(scene, suns, request)
-    prepared, states = prepared or prepare_scene(scene, request, weather=weather, progress=progress), []
-
-    def gather(state):
-        specular = specular_of(state)
-        found = trace_light(state, suns, request, progress, folder, specular=specular)
-        if state.rounds and not specular:
-            states.append(found)
-        return found.transfer
-
-    def forward(state):
-        return trace_forward(scene, suns, request, progress, folder, prepared=state)
-
-    transfer = trace_seasons({"gather": gather, "forward": forward}[request.estimator], prepared)
-    if transfer.record.interrupted:
-        transfer = weigh_kept_suns(transfer, weather.axis)
-    return Run(scene, weather, request, prepared, transfer, states)
 
 
 def trace_base(scene, weather, request, progress=silent, *, prepared=None):
@@ -273,71 +224,6 @@ def trace_edit(base, city, progress=silent, *, request=None, preview=None):
         like=base.leaf.prepared.scene,
     )
     return edit_light(base, scene, progress, request=request, preview=preview)
-
-
-def trace_round(run, part, progress=silent, folder=None):
-    """Trace a further round of a run: the same scene and suns, at the next points of its sequences.
-
-    Rounds of forward, and with mirrors, are runs with random numbers of their own, of all surfaces.
-
-    Parameters
-    ----------
-    run : Run
-        Of all rounds before; overwritten.
-    part : Round
-        Its size, a power of two of which those before are a multiple, and the surfaces that are sampled.
-    progress, folder
-        As in `trace_scene`.
-
-    Returns
-    -------
-    Run
-
-    Raises
-    ------
-    CancelledError
-        It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
-    """
-    request, record = run.request, run.transfer.record
-    if run.states:
-        states = add_round(run.states, part, progress, folder)
-        leaf, *bare = (one.transfer for one in states)
-        transfer = join_seasons(leaf, bare[0] if bare else None, run.prepared.plan)
-        transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
-        return replace(run, transfer=transfer, states=states)
-    seed = seed_of_round(request.seed, record.rounds)
-    samples, points = part.size * request.samples, part.size * request.shadow_samples
-    request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    prepared = replace(reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns)
-    other = trace_scene(run.scene, run.weather, request, progress, folder, prepared=prepared)
-    if other.record.interrupted:  # by some suns only: not a whole round
-        raise CancelledError
-    other = replace(other, record=replace(other.record, rounds=part.size))
-    return replace(run, transfer=merge_rounds(run.transfer, other))
-
-
-def weigh_kept_suns(transfer, axis):
-    """Let the suns that were traced until an interruption stand for the whole year.
-
-    The error of the direct part is that of weights in proportion to the earlier ones. Other weights can make it larger:
-    independent errors of the suns by √(Σ w²), errors that they share not at all.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    axis : TimeAxis
-        Of the year.
-
-    Returns
-    -------
-    Transfer
-    """
-    suns = weigh_by_year(transfer.suns, *axis)
-    growth = max(1.0, np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum()))
-    parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
-    error = transfer.direct_annual_standard_error * growth
-    bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)
-    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):

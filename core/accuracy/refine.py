@@ -37,7 +37,7 @@ SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
 ALL_KNOWN = "more samples of single surfaces would not help"
 ALONE = 0.5  # of the time of a round of all surfaces, as long as it has not been measured
-NO_TIME = "no time for another round"
+NO_TIME, NO_ROOM = "no time for another round", "no memory for what the rays of another round meet"
 
 
 def choose_counted(errors, request, target, surfaces, before=None):
@@ -123,6 +123,7 @@ def refine(run, errors, goal, trace_round, tell):
             each = lasted[alone]
             size = size_of_round(found, goal, each)
             stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
+            stop = stop or ("" if run.has_room(size) else NO_ROOM)
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
             tell(describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))

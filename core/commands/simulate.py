@@ -6,6 +6,7 @@ from ..accuracy.error_budget import suggest_more
 from ..accuracy.price_list import check_reachable
 from ..accuracy.refine import CELLS
 from ..accuracy.sun_sampling import CityYear
+from ..accuracy.trace_run import trace_run
 from ..cluster.run_tasks import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
@@ -30,7 +31,6 @@ from ..study import (
     read_buildings,
     read_year,
     trace_base,
-    trace_run,
 )
 from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome

@@ -25,11 +25,11 @@ from ..settings.progress import silent
 from ..settings.threads import map_in_order, work_in_slices
 from .compare_cities import mark_altered, match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, check_editable, prepare_decided
+from .form_factors import Rows, join_rows, leave_rows
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
 from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
-from .traced import Rows, join_rows, leave_rows
 
 MATCHING, STAGE = "comparing patches", "comparing rays"
 NEARLY = 1e-3  # [m] more than rounding of places in single precision

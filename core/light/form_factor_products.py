@@ -13,7 +13,7 @@ from .form_factor_loops import (
     add_visible,
     link_patches,
 )
-from .traced import REPLICATE_BITS
+from .form_factors import REPLICATE_BITS
 
 
 def multiply(form_factors, factor, light, threads=1, *, out=None, total=None):

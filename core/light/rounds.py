@@ -20,17 +20,16 @@ from ..sun.horizon import without_hidden
 from ..sun.sky_models import RAYS_SHARE
 from .annual_light import Annual, add_points, solve_annual, sum_suns
 from .kept_matrix import average_surfaces, keep_matrix, row_blocks
-from .merge_transfers import SHARES, add_columns, merge_records
+from .merge_transfers import add_columns, merge_records
 from .shadow_points import points_above
-from .solve_light import solve_dome, solve_source
 from .solve_radiosity import element_factors
 from .solve_suns import look_at_block, prepare_suns
 from .sun_blocks import block_of_suns
 from .trace_all import STAGE, fill_closed_forms
-from .trace_gather import SUNS, light_of_surfaces
+from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies
 from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME
-from .transfer import Transfer
+from .transfer import TraceRecord
 
 
 class Round(NamedTuple):
@@ -74,31 +73,28 @@ class Further:
     """What a round adds to one state of a city."""
 
     part: Round
-    transfer: Transfer  # of the state, with the light of all rounds, but of its matrices only that of the new points
-    lights: dict  # as of TracedCity
-    annual: Annual
+    lights: dict  # of all rounds, as of TracedCity
+    annual: Annual  # likewise
+    visible_share: np.ndarray  # (n, s) float32, by the new points
+    reflected: np.ndarray  # (n, s) float32, of all rounds
+    record: TraceRecord  # of this round
 
 
 def look_further(found, part, progress, folder):
     """Append rays to what those of a TracedCity met, look at the suns from further points, and solve: Further."""
-    clock, context, foliage = Clock(), replace(found.context, progress=progress), found.prepared.plan.foliage
-    context.ray_scene.canopy = foliage and foliage.canopy(found.prepared.bare, both=True)
-    traced, total, record = found.traced, found.transfer, found.transfer.record
-    before, counted = context.ray_scene.thread_seconds, dict(traced.ray_count)
-    taken = np.ones(len(total.surfaces) + 1, bool) if part.counted is None else np.append(part.counted, False)
-    more = continue_points(context, record.rounds, part, taken[context.owner])
+    clock, traced, record = Clock(), found.traced, found.transfer.record
+    context, more = continue_points(found, part, progress)
+    counted, seconds = dict(traced.ray_count), context.ray_scene.thread_seconds
     append_rays(more, traced, part.size, record.rounds)
     fill_closed_forms(context, traced)
     if context.plan.reflections:
         traced.factor = element_factors(context, traced)
     clock.lap(STAGE)
-    lights = {SKY_DOME: solve_dome(context, traced)}
-    lights |= {source.name: solve_source(context, traced, source.name) for source in context.plan.sources}
-    clock.lap("diffuse reflections")
-    annual, visible_share, rays = look_from_further(more, traced, found.task.suns, folder)
+    lights = solve_skies(context, traced, None, clock)
+    new, visible_share, shadow_rays = look_at_suns(more, traced, found.task.suns, folder)
     annual = add_points(
         found.direct.annual,
-        annual,
+        new,
         np.where(more.patches.receives, part.size / (record.rounds + part.size), 0),
         keys=context.patches.key,
         before=record.rounds * context.points,
@@ -106,46 +102,39 @@ def look_further(found, part, progress, folder):
         covered=traced.covered_share,
     )
     lights[SUNS] = solve_annual(context, traced, annual)
-    light = light_of_surfaces(context, traced, lights, annual)
-    reflected = reflected_by_suns(context, traced, annual, lights[SUNS])
-    known = total.direct_reflected @ total.suns.weight.astype(np.float32)
-    factor = np.divide(reflected, known, out=np.ones(len(known)), where=known > 0)
-    scaled = keep_matrix(total.direct_reflected.shape, folder)
-    for rows, values in row_blocks(total.direct_reflected):
-        np.multiply(values, np.maximum(factor[rows, None], 0).astype(np.float32), out=scaled[rows])
+    reflected = scale_reflected(found, annual, lights[SUNS], folder)
     clock.lap("suns")
-    own = replace(
+    rays = {name: count - counted[name] for name, count in traced.ray_count.items()}
+    record = replace(
         record,
-        hemisphere_rays=traced.ray_count[SKY_DOME] - counted[SKY_DOME],
-        source_rays={name: traced.ray_count[name] - counted[name] for name in record.source_rays},
-        shadow_rays=rays,
+        **shares_of_record(lights),
+        hemisphere_rays=rays.pop(SKY_DOME),
+        source_rays=rays,
+        shadow_rays=shadow_rays,
         rounds=part.size,
         seconds=clock.seconds,
         processor_seconds=clock.processor_seconds,
-        embree_thread_seconds=context.ray_scene.thread_seconds - before,
-        last_bounce_share_diffuse=lights[SKY_DOME].last,
-        last_bounce_share_direct=lights[SUNS].last,
-        discretisation_error={
-            "diffuse": lights[SKY_DOME].discretisation_error,
-            "direct": lights[SUNS].discretisation_error,
-        },
+        embree_thread_seconds=context.ray_scene.thread_seconds - seconds,
     )
-    transfer = replace(total, **light, visible_share=visible_share, direct_reflected=scaled, record=own)
-    return Further(part, transfer, lights, annual)
+    return Further(part, lights, annual, visible_share, reflected, record)
 
 
-def continue_points(context, before, part, taken):
-    """GatherContext in which some patches, (p,) bool, go on in their sequences of points after `before` rounds."""
+def continue_points(found, part, progress):
+    """GatherContext of a TracedCity, and the same where the patches of a Round go on in their sequences of points."""
+    context, foliage = replace(found.context, progress=progress), found.prepared.plan.foliage
+    context.ray_scene.canopy = foliage and foliage.canopy(found.prepared.bare, both=True)
     request, patches, count = context.request, context.patches, len(context.patches)
-    rays = points_above(max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE))
+    taken = np.ones(len(context.surfaces), bool) if part.counted is None else part.counted
+    taken = np.append(taken, part.counted is None)[context.owner]  # the last one is for the ground
+    before, rays = found.transfer.record.rounds, max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     patches = replace(
         patches,
         receives=patches.receives & taken,
-        rays_before=np.full(count, before * rays, np.uint32),
+        rays_before=np.full(count, before * points_above(rays), np.uint32),
         points_before=np.full(count, before * context.points, np.uint32),
     )
     request = replace(request, shadow_samples=part.size * context.points)
-    return replace(context, patches=patches, request=request)
+    return context, replace(context, patches=patches, request=request)
 
 
 def append_rays(context, traced, size, before):
@@ -160,7 +149,7 @@ def append_rays(context, traced, size, before):
             context.progress(STAGE, done, most, "rays")
 
 
-def look_from_further(context, traced, suns, folder):
+def look_at_suns(context, traced, suns, folder):
     """Look at all suns from the next points of patches that receive light.
 
     Returns
@@ -172,34 +161,45 @@ def look_from_further(context, traced, suns, folder):
         Number of rays.
     """
     task = prepare_suns(context, traced, without_hidden(suns, context.plan.terrain))
-    visible_share = keep_matrix((context.patch_to_surface.shape[0], len(suns)), folder)
-    by_point, rays = np.zeros((len(context.patches), context.points), np.float32), 0
+    to_surface, normal, threads = context.patch_to_surface, context.patches.normal, context.threads
+    visible_share = keep_matrix((to_surface.shape[0], len(suns)), folder)
+    by_point, rays = np.zeros((len(normal), context.points), np.float32), 0
     task.progress.bounces = 0
     for block in task.blocks:
         task.progress.begin(block)
         shadows = look_at_block(context, task, block, task.progress.report_rays)
-        average_surfaces(context.patch_to_surface, shadows.visible_share, context.threads, out=visible_share[:, block])
-        by_point += shadows.light_of_points(context.patches.normal, block_of_suns(task.suns, block), context.threads)
+        average_surfaces(to_surface, shadows.visible_share, threads, out=visible_share[:, block])
+        by_point += shadows.light_of_points(normal, block_of_suns(task.suns, block), threads)
         rays += shadows.ray_count
         task.progress.end()
     return sum_suns(context, traced, task.watch, by_point, block_of_suns(task.suns, slice(None))), visible_share, rays
 
 
-def reflected_by_suns(context, traced, annual, light):
-    """Annual light that surfaces receive by reflections, but the first one off the far ground: (n,) float64."""
+def scale_reflected(found, annual, light, folder):
+    """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
+    all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
+    context, matrix = found.context, found.transfer.direct_reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
-    return context.patch_to_surface @ (reflected - annual.lit_ground * traced.far_ground.mean(axis=1))
+    reflected = context.patch_to_surface @ (reflected - annual.lit_ground * found.traced.far_ground.mean(axis=1))
+    known = matrix @ found.transfer.suns.weight.astype(np.float32)
+    factor = np.maximum(np.divide(reflected, known, out=np.ones(len(known)), where=known > 0), 0).astype(np.float32)
+    scaled = keep_matrix(matrix.shape, folder)
+    for rows, values in row_blocks(matrix):
+        np.multiply(values, factor[rows, None], out=scaled[rows])
+    return scaled
 
 
 def with_round(found, more):
-    """TracedCity with a round: from here on its matrices of surfaces × suns are overwritten."""
-    total, transfer, size = found.transfer, more.transfer, more.part.size
-    every = total.record.rounds + size
-    counted = np.ones(len(total.surfaces), bool) if more.part.counted is None else more.part.counted
-    add_columns(total.visible_share, transfer.visible_share, np.where(counted, size / every, 0))
-    shares = {name: getattr(transfer.record, name) for name in SHARES}
-    record = merge_records(total.record, transfer.record, size / every)
-    record = replace(record, degrees_of_freedom=total.record.degrees_of_freedom, **shares)
-    transfer = replace(transfer, visible_share=total.visible_share, record=record)
-    direct = replace(found.direct, annual=more.annual)
-    return replace(found, transfer=transfer, lights=more.lights, direct=direct)
+    """TracedCity with a round; its visible shares are overwritten."""
+    total, size, counted = found.transfer, more.part.size, more.part.counted
+    weight = size / (total.record.rounds + size)
+    everywhere = np.full(len(total.surfaces), weight)
+    add_columns(total.visible_share, more.visible_share, everywhere if counted is None else weight * counted)
+    record = replace(
+        merge_records(total.record, more.record, weight),
+        **shares_of_record(more.lights),
+        degrees_of_freedom=total.record.degrees_of_freedom,
+    )
+    light = light_of_surfaces(found.context, found.traced, more.lights, more.annual)
+    transfer = replace(total, **light, direct_reflected=more.reflected, record=record)
+    return replace(found, transfer=transfer, lights=more.lights, direct=replace(found.direct, annual=more.annual))

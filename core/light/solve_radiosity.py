@@ -18,7 +18,8 @@ from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
 from ..settings.errors import check_array
 from ..settings.threads import work_in_slices
 from .form_factor_products import multiply, multiply_starts
-from .traced import SKY_DOME, FormFactors, check_form_factors
+from .form_factors import FormFactors, check_form_factors
+from .traced import SKY_DOME
 
 LARGEST_RATIO = 0.999
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share

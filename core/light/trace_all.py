@@ -20,11 +20,12 @@ from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
+from .form_factors import count_starts
 from .kept_matrix import area_means
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_rows
-from .traced import SKY_DOME, RayCity, count_starts, empty_traced
+from .traced import SKY_DOME, RayCity, empty_traced
 
 STAGE = "sky and reflections"
 SMALLEST_AREA = 2.0**-20  # [m²] in which areas are added, as whole numbers: in any order they give the same sum

@@ -87,12 +87,11 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
 
     With `known`, of `edit_light.Known`, only what an edit of the city changes is traced.
     """
-    clock, scene = Clock(), prepared.scene
+    clock = Clock()
     context = prepare_gather(prepared, request, progress)
-    patches, plan, ray_scene = context.patches, context.plan, context.ray_scene
+    plan, ray_scene = context.plan, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
-
     traced = trace_all(context, known)
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
@@ -100,75 +99,83 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced, task)
         clock.lap("number of reflections")
-    lights = {SKY_DOME: (diffuse := solve_dome(context, traced))}
-    light = specular and specular(context, traced)
-    if light:
-        factor = radiosity_factor(patches, traced.covered_share)
-        diffuse.add(light.of_sky(factor * diffuse.by_replicate.mean(axis=1)))
-    if not context.keeps:
-        traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
-    clock.lap("diffuse reflections")
-    for source in plan.sources:
-        lights[source.name] = solve_source(context, traced, source.name, light)
-        clock.lap(source.name)
+    hooks = specular and specular(context, traced)
+    lights = solve_skies(context, traced, hooks, clock)
     if known and known.preview:
         lights[SUNS] = solve_annual(context, traced, look_at_all(context, traced, task))
-        known.preview(diffuse.mean, lights[SUNS].mean)
+        known.preview(lights[SKY_DOME].mean, lights[SUNS].mean)
         clock.lap("preview")
-    direct = solve_suns(context, traced, task, folder=folder, specular=light)
+    direct = solve_suns(context, traced, task, folder=folder, specular=hooks)
     lights[SUNS] = lights.get(SUNS) or solve_annual(context, traced, direct.annual)
-    if light:
+    if hooks:
         lights[SUNS].error.own = lights[SUNS].error.own + variance_of_mean(direct.specular.T)
     clock.lap("suns")
     lengths = list_clearances(request)
     how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
-    room = measure_room_of_patches(ray_scene, patches, scene, traced.covered, **how)
+    room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced.covered, **how)
     clock.lap("room for modules")
-    to_surface, unknown = context.patch_to_surface, np.isnan(lights[SUNS].error.own).any()
-    transfer = Transfer(
-        surfaces=scene.surfaces,
-        site=scene.site,
-        suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
-        covered_share=cover_of_surfaces(to_surface, traced.covered_share),
-        no_room=average_room(to_surface, room),
-        clearances=lengths,
-        ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
-        visible_share=direct.visible_share,
-        direct_reflected=direct.reflected,
-        terrain=plan.terrain,
-        **light_of_surfaces(context, traced, lights, direct.annual),
-        record=TraceRecord(
-            request=request.as_dict(),
-            effects=judge_effects(plan, measure_outcome(context, traced, lights, left)),
-            max_bounces=context.bounces,
-            brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
-            patches=len(patches),
-            threads=context.threads,
-            engine=ray_scene.engine,
-            hemisphere_rays=traced.ray_count[SKY_DOME],
-            source_rays={source.name: traced.ray_count[source.name] for source in plan.sources},
-            shadow_rays=direct.ray_count,
-            seconds=clock.seconds,
-            processor_seconds=clock.processor_seconds,
-            embree_thread_seconds=ray_scene.thread_seconds - traced_before,
-            last_bounce_share_diffuse=diffuse.last,
-            last_bounce_share_direct=lights[SUNS].last,
-            discretisation_error={
-                "diffuse": diffuse.discretisation_error,
-                "direct": lights[SUNS].discretisation_error,
-            },
-            degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
-            interrupted=note_interruption(direct.kept, len(suns)),
-            standard_error_unknown=ONE_POINT if unknown else None,
-        ),
-        **materials_of_surfaces(scene, prepared.materials),
-    )
     task.known = None
     if traced.form_factors is not None:
         traced.form_factors.links = None  # large
+    record = TraceRecord(
+        request=request.as_dict(),
+        effects=judge_effects(plan, measure_outcome(context, traced, lights, left)),
+        max_bounces=context.bounces,
+        brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
+        patches=len(context.patches),
+        threads=context.threads,
+        engine=ray_scene.engine,
+        hemisphere_rays=traced.ray_count[SKY_DOME],
+        source_rays={source.name: traced.ray_count[source.name] for source in plan.sources},
+        shadow_rays=direct.ray_count,
+        seconds=clock.seconds,
+        processor_seconds=clock.processor_seconds,
+        embree_thread_seconds=ray_scene.thread_seconds - traced_before,
+        **shares_of_record(lights),
+        degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
+        interrupted=note_interruption(direct.kept, len(suns)),
+        standard_error_unknown=ONE_POINT if np.isnan(lights[SUNS].error.own).any() else None,
+    )
+    found = TracedCity(prepared, context, traced, task, lights, direct, None, room)
+    transfer = make_transfer(found, suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept), record)
     if not context.rounds:
         direct.annual = replace(direct.annual, elements=None, spread=None)
-    return TracedCity(prepared, context, traced, task, lights, direct, transfer, room)
+    return replace(found, transfer=transfer)
+
+
+def solve_skies(context, traced, hooks, clock):
+    """Light of the sky and of each source in it, by way of mirrors too: dict of Light."""
+    lights = {SKY_DOME: (dome := solve_dome(context, traced))}
+    if hooks:
+        factor = radiosity_factor(context.patches, traced.covered_share)
+        dome.add(hooks.of_sky(factor * dome.by_replicate.mean(axis=1)))
+    if not context.keeps:
+        traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
+    clock.lap("diffuse reflections")
+    for source in context.plan.sources:
+        lights[source.name] = solve_source(context, traced, source.name, hooks)
+        clock.lap(source.name)
+    return lights
+
+
+def make_transfer(found, suns, record):
+    """Transfer of a TracedCity that has none yet, under the suns that were kept."""
+    context, traced, direct, scene = found.context, found.traced, found.direct, found.prepared.scene
+    return Transfer(
+        surfaces=scene.surfaces,
+        site=scene.site,
+        suns=suns,
+        covered_share=cover_of_surfaces(context.patch_to_surface, traced.covered_share),
+        no_room=average_room(context.patch_to_surface, found.room),
+        clearances=list_clearances(context.request),
+        ground_albedo=context.request.ground_albedo if context.plan.far_ground else 0.0,
+        visible_share=direct.visible_share,
+        direct_reflected=direct.reflected,
+        terrain=context.plan.terrain,
+        **light_of_surfaces(context, traced, found.lights, direct.annual),
+        record=record,
+        **materials_of_surfaces(scene, found.prepared.materials),
+    )
 
 
 def light_of_surfaces(context, traced, lights, annual):
@@ -202,6 +209,16 @@ def light_of_surfaces(context, traced, lights, annual):
             covariance=squares @ covariance_of_replicates(suns.by_replicate, sky.by_replicate),
             direct_points=squares @ annual.variance,
         ),
+    }
+
+
+def shares_of_record(lights):
+    """Shares of the light by the last reflection, and by what is uneven on patches: dict, fields of TraceRecord."""
+    sky, suns = lights[SKY_DOME], lights[SUNS]
+    return {
+        "last_bounce_share_diffuse": sky.last,
+        "last_bounce_share_direct": suns.last,
+        "discretisation_error": {"diffuse": sky.discretisation_error, "direct": suns.discretisation_error},
     }
 
 

@@ -26,7 +26,8 @@ from ..rays.sample_points import (
 from ..settings.errors import InputError, check_array
 from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
-from .traced import FEWEST_RAYS, SKY_DOME, STEP, FirstLight, RayCity, RowLight, count_hits, empty_traced, no_light
+from .form_factors import FEWEST_RAYS, count_hits
+from .traced import SKY_DOME, STEP, FirstLight, RayCity, RowLight, empty_traced, no_light
 
 RAYS_PER_TASK = 1 << 18
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it

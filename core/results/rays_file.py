@@ -20,10 +20,11 @@ from ..city.scene import Crowns, Scene, Site, Surfaces
 from ..city.terrain import Layer, Terrain
 from ..light.annual_light import Annual
 from ..light.editable_city import Decisions
+from ..light.form_factors import FormFactors, Rows
 from ..light.light_errors import LightError
 from ..light.solve_light import Light
 from ..light.solve_suns import SunLight
-from ..light.traced import FirstLight, FormFactors, Rows, Traced
+from ..light.traced import FirstLight, Traced
 from ..rays.trail import Trail
 from ..settings.errors import InputError
 from ..settings.request import Request

@@ -135,7 +135,8 @@ def trace_rounds(session, weather, request, progress):
     line with as many rounds. Cancelled among further rounds, those that are finished are kept.
 
     """
-    from ...core.study import trace_base, trace_scene, weigh_kept_suns
+    from ...core.accuracy.trace_run import weigh_kept_suns
+    from ...core.study import trace_base, trace_scene
 
     session.base = None
     if not wants_rounds(request) and request.estimator != "gather":

@@ -10,6 +10,7 @@ from scipy import stats
 from test_merge_transfers import REQUEST, light_of, prepared_houses
 from test_trees import wall_and_tree
 
+from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
 from citypv.core.light.rounds import Round, add_round
 from citypv.core.light.trace_gather import trace_gather, trace_light
@@ -17,7 +18,7 @@ from citypv.core.rays.hemisphere_rays import merge_nets
 from citypv.core.rays.sample_points import sobol_digits, sobol_points
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_scene, read_year, trace_round, trace_run, trace_scene
+from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
 
 pytestmark = pytest.mark.once
 

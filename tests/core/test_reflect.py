@@ -5,8 +5,8 @@ import pytest
 from scipy import sparse
 
 from citypv.core.effects.rays import MOST_BOUNCES
+from citypv.core.light.form_factors import FormFactors, Rows, leave_rows
 from citypv.core.light.solve_radiosity import Exchange, find_bounces, solve_radiosity, sum_reflections
-from citypv.core.light.traced import FormFactors, Rows, leave_rows
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
 

@@ -12,6 +12,7 @@ from thorough import draw_count
 from weathers import ERA5
 
 from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
+from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
@@ -19,7 +20,6 @@ from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import trace_round, trace_run
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

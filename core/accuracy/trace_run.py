@@ -1,0 +1,137 @@
+"""A run by either estimator, and further rounds of it.
+
+gather      what rays met is kept, and rounds go on from it
+forward     photons, and gather where mirrors add some: rounds are runs of their own, and are merged
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..city.scene import Scene
+from ..light.merge_transfers import merge_rounds, seed_of_round
+from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene, reseed
+from ..light.rounds import add_round
+from ..light.trace_gather import join_seasons, trace_light, trace_seasons
+from ..light.transfer import Transfer, scale_direct
+from ..photons.specular_light import specular_of
+from ..photons.trace_forward import trace_forward
+from ..settings.progress import CancelledError, silent
+from ..settings.request import Request
+from ..sun.sun_sampling import choose_suns, weigh_by_year
+from ..sun.suns import progressive_order
+from ..weather.weather import Weather
+
+MOST_KEPT = 4e9  # [bytes] of what the rays of several rounds met
+
+
+@dataclass
+class Run:
+    """A run to which rounds can be added."""
+
+    scene: Scene
+    weather: Weather
+    request: Request
+    prepared: PreparedScene
+    transfer: Transfer
+    states: list  # of TracedCity: what its rays met, in leaf and bare; without, rounds are runs of their own
+
+    def has_room(self, size):
+        """Whether what the rays of all rounds and of one more, of some size, meet is small enough to be kept."""
+        kept = sum(one.traced.nbytes for one in self.states)
+        return kept * (1 + size / self.transfer.record.rounds) <= MOST_KEPT
+
+
+def choose_year(weather, request):
+    """Sun positions to trace for the year of a weather: Suns."""
+    return progressive_order(choose_suns(request.suns, *weather.axis, position=weather.data))
+
+
+def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared=None):
+    """Trace a scene for the suns of a year: Run. Parameters and errors as of `study.trace_scene`.
+
+    `trace_round` goes on with what its rays met where `prepared.rounds` says so.
+    """
+    suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
+    check_tracing(scene, suns, request)
+    prepared, states = prepared or prepare_scene(scene, request, weather=weather, progress=progress), []
+
+    def gather(state):
+        specular = specular_of(state)
+        found = trace_light(state, suns, request, progress, folder, specular=specular)
+        if state.rounds and not specular:
+            states.append(found)
+        return found.transfer
+
+    def forward(state):
+        return trace_forward(scene, suns, request, progress, folder, prepared=state)
+
+    transfer = trace_seasons({"gather": gather, "forward": forward}[request.estimator], prepared)
+    if transfer.record.interrupted:
+        transfer = weigh_kept_suns(transfer, weather.axis)
+    return Run(scene, weather, request, prepared, transfer, states)
+
+
+def trace_round(run, part, progress=silent, folder=None):
+    """Trace a further round of a run: the same scene and suns, at the next points of its sequences.
+
+    Rounds of forward, and with mirrors, are runs with random numbers of their own, of all surfaces.
+
+    Parameters
+    ----------
+    run : Run
+        Of all rounds before; overwritten.
+    part : Round
+        Its size, a power of two of which those before are a multiple, and the surfaces that are sampled.
+    progress, folder
+        As of `study.trace_scene`.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    CancelledError
+        It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
+    """
+    request, record = run.request, run.transfer.record
+    if run.states:
+        states = add_round(run.states, part, progress, folder)
+        leaf, *bare = (one.transfer for one in states)
+        transfer = join_seasons(leaf, bare[0] if bare else None, run.prepared.plan)
+        transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
+        return replace(run, transfer=transfer, states=states)
+    seed = seed_of_round(request.seed, record.rounds)
+    samples, points = part.size * request.samples, part.size * request.shadow_samples
+    request = replace(request, seed=seed, samples=samples, shadow_samples=points)
+    prepared = replace(reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns)
+    other = trace_run(run.scene, run.weather, request, progress, folder, prepared=prepared).transfer
+    if other.record.interrupted:  # by some suns only: not a whole round
+        raise CancelledError
+    other = replace(other, record=replace(other.record, rounds=part.size))
+    return replace(run, transfer=merge_rounds(run.transfer, other))
+
+
+def weigh_kept_suns(transfer, axis):
+    """Let the suns that were traced until an interruption stand for the whole year.
+
+    The error of the direct part is that of weights in proportion to the earlier ones. Other weights can make it larger:
+    independent errors of the suns by √(Σ w²), errors that they share not at all.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    axis : TimeAxis
+        Of the year.
+
+    Returns
+    -------
+    Transfer
+    """
+    suns = weigh_by_year(transfer.suns, *axis)
+    growth = max(1.0, np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum()))
+    parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
+    error = transfer.direct_annual_standard_error * growth
+    bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)
+    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare)
