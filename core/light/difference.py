@@ -54,11 +54,8 @@ def take_brighter(one, other, rows):
     one, other : TracedCity
     rows : (2, r) int
     """
-    light = []
-    for city, some in zip((one, other), rows, strict=True):
-        annual, (sky, *_) = city.direct.annual, city.lights.values()
-        of_patch = annual.by_point.mean(axis=1) + (0 if annual.reflected is None else annual.reflected.mean(axis=1))
-        light.append((city.context.patch_to_surface @ of_patch + sky.mean)[some])
+    both = zip((one, other), rows, strict=True)
+    light = [(city.lights[SKY_DOME].mean + city.lights[SUNS].mean)[some] for city, some in both]
     brighter = np.flatnonzero(light[0] > light[1])
     taken, before = take_rows(other.transfer, rows[1]), take_rows(one.transfer, rows[0][brighter])
     parts = [(taken, before), (taken.surfaces, before.surfaces)]
