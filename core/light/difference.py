@@ -54,8 +54,7 @@ def take_brighter(one, other, rows):
     one, other : TracedCity
     rows : (2, r) int
     """
-    both = zip((one, other), rows, strict=True)
-    light = [(city.lights[SKY_DOME].mean + city.lights[SUNS].mean)[some] for city, some in both]
+    light = [city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)]
     brighter = np.flatnonzero(light[0] > light[1])
     taken, before = take_rows(other.transfer, rows[1]), take_rows(one.transfer, rows[0][brighter])
     parts = [(taken, before), (taken.surfaces, before.surfaces)]

@@ -42,6 +42,11 @@ class TracedCity:
     transfer: Transfer
     room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
 
+    @property
+    def of_surfaces(self):
+        """Light under the sky, per DHI, and under all suns by their weights, per DNI: (n, 2) float64."""
+        return np.column_stack([self.lights[name].mean for name in (SKY_DOME, SUNS)])
+
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):
     """Trace a scene.

@@ -153,10 +153,7 @@ def estimate_hours(session, scene, light):
         NaN for surfaces that carry no modules.
     """
     leaf, hours = session.base.leaf, np.array(session.energy.full_load_hours)
-    annual, reflected = leaf.direct.annual, leaf.direct.annual.reflected
-    direct = annual.by_point.mean(axis=1) + (0.0 if reflected is None else reflected.mean(axis=1))
-    before = np.column_stack([next(iter(leaf.lights.values())).mean, leaf.context.patch_to_surface @ direct])
-    known = np.isfinite(hours)
+    before, known = leaf.of_surfaces, np.isfinite(hours)
     worth = np.linalg.lstsq(before[known], hours[known], rcond=None)[0]
     row = {name: place for place, name in enumerate(session.transfer.surfaces.surface_id)}
     rows = np.array([row.get(name, -1) for name in scene.surfaces.surface_id])
