@@ -20,6 +20,7 @@ from ..read.read_terrain import RASTERS, RELIEFS
 from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
+AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 MESHES = (*RELIEFS, ".obj")
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
@@ -100,12 +101,11 @@ def read_horizon(path, scene):
 
 
 def distance_to_end(point, triangles):
-    """Distance from a point to the end of the box around some triangles, for each azimuth of a horizon.
+    """Distance from a point to the furthest edge of some triangles, for each azimuth of a horizon.
 
     Parameters
     ----------
     point : (2,) float [m]
-        In the box.
     triangles : (g, 3, 2) float64 [m]
         Corners in plan.
 
@@ -114,14 +114,24 @@ def distance_to_end(point, triangles):
     (STEPS,) float64 [m]
         0 where there is none.
     """
-    if not len(triangles):
-        return np.zeros(STEPS)
-    turn = np.arange(STEPS) * (2 * np.pi / STEPS)
-    ahead = np.stack([np.sin(turn), np.cos(turn)])
-    room = np.where(
-        ahead > 0, (triangles.max(axis=(0, 1)) - point)[:, None], (triangles.min(axis=(0, 1)) - point)[:, None]
-    )
-    return np.divide(room, ahead, out=np.full(ahead.shape, np.inf), where=ahead != 0).min(axis=0)
+    furthest, angle = np.zeros(STEPS), 2 * np.pi / STEPS
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = triangles[first : first + AT_ONCE] - point
+        start, end = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
+        # Lines of sight that cross each edge.
+        one = np.arctan2(start[:, 0], start[:, 1])
+        turn = np.arctan2(end[:, 0], end[:, 1]) - one
+        turn -= 2 * np.pi * np.rint(turn / (2 * np.pi))  # the way round that the edge takes
+        low = np.ceil((one + np.minimum(turn, 0)) / angle).astype(int)
+        count = np.maximum(np.floor((one + np.maximum(turn, 0)) / angle).astype(int) - low + 1, 0)
+        edge = np.repeat(np.arange(len(one)), count)
+        step = low[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        ahead, along = np.stack([np.sin(step * angle), np.cos(step * angle)]), (end - start)[edge].T
+        across = ahead[0] * along[1] - ahead[1] * along[0]
+        offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
+        distance = np.divide(offset, across, out=np.zeros(len(edge)), where=across != 0)
+        np.maximum.at(furthest, step % STEPS, distance)
+    return furthest
 
 
 def read_horizon_table(path):

@@ -100,4 +100,9 @@ def test_where_the_ground_of_a_model_ends():
             sides += [(500.0 - y) / np.cos(turn), (-300.0 - y) / np.cos(turn)]
         expected = np.min([np.where(side > 0, side, np.inf) for side in sides], axis=0)
         assert distance_to_end(np.array([x, y]), ground) == pytest.approx(expected, rel=1e-9)
+    # A strip along the diagonal, 20 m wide: across it the ground ends after 10 m, along it after 400.
+    along, across = 400.0 * np.array([1, 1]) / np.sqrt(2), 10.0 * np.array([1, -1]) / np.sqrt(2)
+    a, b, c, d = -along - across, -along + across, along + across, along - across
+    end = distance_to_end(np.zeros(2), np.array([[a, b, c], [a, c, d]]))
+    assert end[[STEPS // 8, 3 * STEPS // 8]] == pytest.approx([400, 10])
     assert not distance_to_end(np.zeros(2), ground[:0]).any()
