@@ -184,6 +184,7 @@ def solve_block(context, traced, task, block, *, found, specular):
     part, to_surface, threads = block_of_suns(task.suns, block), context.patch_to_surface, context.threads
     task.progress.begin(block)
     shadows = look_at_block(context, task, block, task.progress.report_rays)
+    by_point = shadows.light_of_points(context.patches.normal, part, threads)
     if context.bounces:
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
@@ -208,4 +209,4 @@ def solve_block(context, traced, task, block, *, found, specular):
             found.specular = found.specular + weighted
     average_surfaces(to_surface, shadows.visible_share, threads, out=found.visible_share[:, block])
     found.ray_count += shadows.ray_count
-    return shadows.light_of_points(context.patches.normal, part, threads)
+    return by_point

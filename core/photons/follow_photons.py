@@ -162,6 +162,8 @@ def meet_fronts(target, photons, tally, source=None):
     hit, b1, b2 = places
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
+    if source is not None:
+        back |= slip_past_edges(target, places, photons.directions, ~missed & ~back)
     closure = ~missed & ~back & ~patches.receives[hit]
     covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
@@ -180,6 +182,38 @@ def end_in_crowns(target, origins, directions, places):
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
     return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
+
+
+def slip_past_edges(target, places, directions, front):
+    """Photons that slip through a shared edge by rounding: past the back of one patch onto the front of the next.
+
+    For hits closer to an edge than the ray offset, a ray is traced back from the offset point: it is free only if the
+    photon came from outside.
+
+    Parameters
+    ----------
+    target : Target
+    places : HitPlaces
+    directions : (m, 3) float32
+    front : (m,) bool
+        Photons that hit a front side.
+
+    Returns
+    -------
+    (m,) bool
+    """
+    hit, b1, b2 = places
+    edges = target.patches.edges[hit]
+    longest = np.linalg.norm(np.concatenate([edges, edges[:, 1:] - edges[:, :1]], axis=1), axis=2).max(axis=1)
+    height = 2 * target.patches.area[hit] / np.maximum(longest, np.finfo(np.float32).tiny)
+    inside = np.minimum(np.minimum(b1, b2), 1 - b1 - b2) * height
+    near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
+    slipped = np.zeros(len(hit), bool)
+    if len(near):
+        level = np.zeros((3, len(near)))
+        origins, _ = leave_patches(target.patches, places.take(near), level)
+        slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
+    return slipped
 
 
 def weigh_first(target, source, photons, hit, tally):

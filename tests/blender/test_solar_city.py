@@ -199,7 +199,7 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
 
 def test_rounds_are_shown_after_the_look(watched, addon):
     step, (paths, request, look, found) = watched
-    request.samples, request.shadow_samples, request.target_error, seen = 64, 4, 1.5, []
+    request.samples, request.shadow_samples, request.target_error, seen = 64, 4, 0.6, []
 
     def progress(stage, done, total, unit):
         step.refine(bpy.context)

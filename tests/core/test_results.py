@@ -156,10 +156,10 @@ def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
     energy = compute_energy(transfer, read_weather(ERA5, transfer.site.latitude, transfer.site.longitude), sky=sky)
     carries = ~np.isin(transfer.surfaces.kind, ["downward"])
     assert (np.isfinite(energy.full_load_hours) == carries).all() and carries.sum() == 12
-    expected = np.array(KEPT_HOURS[sky].split(), float)
-    np.testing.assert_allclose(energy.full_load_hours[carries], expected, rtol=2e-5)
+    expected, errors = (np.array(line.split(), float) for line in (KEPT_HOURS[sky], KEPT_ERRORS))
+    # By the version that wrote the file. Suns that are just behind a surface are matched otherwise since.
+    assert (np.abs(energy.full_load_hours[carries] - expected) < 0.03 * errors).all()
     if sky == "perez":
-        errors = np.array(KEPT_ERRORS.split(), float)
         np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
     assert [note.split(" (version 0.2.0")[0] for note in transfer.notes] == [
         "has no checksums",
