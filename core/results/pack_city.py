@@ -137,7 +137,7 @@ def measure_faces(results, mounted):
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }
-    own = np.where(carries, results.months.T * spread, np.nan)
+    own = [] if results.months is None else np.where(carries, results.months.T * spread, np.nan)
     return values | {f"month_{number:02d}": hours for number, hours in enumerate(own, 1)}
 
 
@@ -180,8 +180,8 @@ def list_layers(values, mounted):
         "sky": titles["sky_view_factor"],
     }
     words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
-    every = np.concatenate([values[name][rows] for name in months])
-    shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
+    every = np.concatenate([values[name][rows] for name in months]) if months else area
+    shared = dict.fromkeys(months, choose_range(every, np.tile(area, max(len(months), 1))))
     if "change" in values:
         words = {"change": ("Change of the full load hours", "h per year")} | words
         known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]

@@ -16,22 +16,24 @@ from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
+from .earlier_versions import LIGHT, complete_faces, complete_groups, complete_summary, read_light
 from .surfaces_file import CURE, read_surfaces, read_texts
+from .surfaces_file import NAME as SURFACES
 from .write_tables import WHOLE
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = ("area", "open_area", "module_area", "surface_tilt", "surface_azimuth", "covered_share")
+FACE_NUMBERS = ("area", "surface_tilt", "surface_azimuth", "covered_share")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
-GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
+GROUP_NUMBERS = ("index", "full_load_hours", "count", "area")
 SECTIONS = {  # of summary.json, and what must stand in each
     "input": ("site", "surfaces"),
     "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
     "settings": ("module",),
     "suns": ("way", "count"),
     "error_budget": (),
-    "totals": ("eligible_area", "kwp", "mwh_per_year", "mwh_dc_per_year", "area_per_kwp", "kinds", "without_modules"),
+    "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp"),
 }
 PLACE = ("latitude", "longitude")
 TOLERANCE = 0.01  # by which hours in two files of one run may differ: both are rounded
@@ -60,7 +62,7 @@ class Results:
     interval: pd.Timedelta
     suns: np.ndarray  # (s, 3) unit vectors towards the suns that were traced
     outlines: Outlines | None  # None where the light is that of a file without them
-    months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
+    months: np.ndarray | None  # (n, 12) [h] full load hours of each surface by month; None in earlier versions
 
 
 def read_results(folder):
@@ -92,7 +94,12 @@ def read_results(folder):
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     times, interval, sums = read_times(folder / "timeseries.nc")
     compare_hours(folder / "timeseries.nc", groups, sums * (interval / pd.Timedelta(hours=1)), summary)
-    suns, outlines, months = read_surfaces(folder, faces["surface_id"].tolist())
+    complete_faces(faces, summary)
+    groups = complete_groups(groups, summary["input"]["site"]["longitude"])
+    if (folder / SURFACES).is_file() or not (folder / LIGHT).is_file():
+        suns, outlines, months = read_surfaces(folder, faces["surface_id"].tolist())
+    else:
+        suns, outlines, months = read_light(folder, faces)
     name = folder.absolute().name
     return Results(name, faces, groups, summary, times, interval, suns, outlines, months)
 
@@ -111,6 +118,7 @@ def read_summary(path):
     missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), float)]
     if missing:
         raise InputError(path, f"has no {', '.join(missing)}", CURE)
+    complete_summary(summary)
     return summary
 
 
