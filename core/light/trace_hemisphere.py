@@ -29,7 +29,7 @@ from ..sun.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
 from .traced import SKY_DOME, STEP, FirstLight, RayCity, RowLight, empty_traced, no_light
 
-RAYS_PER_TASK = 1 << 18
+RAYS_PER_TASK, PARTS = 1 << 18, 8  # rays of a part, and most parts of a task
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
 LOW = (1 << 32) - 1  # bits of the first of two counts in one number
 
@@ -89,16 +89,25 @@ def trace_rows(city, rows, samples):
         Of the next patches, in their order.
     """
     sequence, step = sobol_digits(samples // HEMISPHERE_REPLICATES), max(1, RAYS_PER_TASK // samples)
-    parts = [rows[start : start + step] for start in range(0, len(rows), step)]
-    yield from map_in_order(lambda chosen: trace_part(city, chosen, sequence), parts, city.threads)
+
+    def trace(some):
+        # Rays of cover that go on are few after some turns: more patches at a time take less.
+        none = np.zeros((len(some), CELL_DIVISIONS**2), bool)
+        covered = find_covered_cells(city.ray_scene, city.patches, some) if city.cover else none
+        parts = [slice(start, start + step) for start in range(0, len(some), step)]
+        return [trace_part(city, some[part], covered[part], sequence) for part in parts]
+
+    size = step * max(1, min(PARTS, -(-len(rows) // (step * city.threads))))
+    for parts in map_in_order(trace, [rows[start : start + size] for start in range(0, len(rows), size)], city.threads):
+        yield from parts
 
 
-def trace_part(city, chosen, sequence):
-    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: RowLight."""
-    ray_scene, patches = city.ray_scene, city.patches
-    none = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    covered = find_covered_cells(ray_scene, patches, chosen) if city.cover else none
-    dark = covered.all(axis=1)
+def trace_part(city, chosen, covered, sequence):
+    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: RowLight.
+
+    `covered` are their cells, (m, CELL_DIVISIONS²) bool.
+    """
+    patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fate = follow_rays(city, covered, (origins, directions, start_cells))
