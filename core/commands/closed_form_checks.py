@@ -11,6 +11,7 @@ from ..light.trace_gather import trace_gather
 from ..light.trace_hemisphere import trace_rows
 from ..light.traced import RayCity, empty_traced
 from ..patches.patches import patches_of_scene
+from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
@@ -119,10 +120,11 @@ def canyon(bounces, samples=8192, strips=40):
     return mean_of(transfer, np.arange(8 * strips, 12 * strips)), mean_of(transfer, street)
 
 
-def hemisphere_of(scene, albedo, samples, *, cover=True):
-    """Patches of a scene and their hemisphere rays; `cover` as of RayCity."""
+def hemisphere_of(scene, albedo, samples, *, lit_inside=False):
+    """Patches of a scene and their hemisphere rays; where it is lit inside, nothing is covered."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
-    city = RayCity(ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, cover=cover)
+    covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
+    city = RayCity(ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered)
     found = empty_traced(city)
     for part in trace_rows(city, np.arange(len(patches)), samples):
         found.put(part)
@@ -139,7 +141,7 @@ def furnace(albedo, bounces):
     float
         0: there is no noise if every ray hits a face.
     """
-    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, cover=False)
+    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True)
     first = np.ones((len(patches), 1), np.float32)
     factor = radiosity_factor(patches, hemisphere.covered_share)
     reflected = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)

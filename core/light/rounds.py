@@ -134,7 +134,7 @@ def continue_points(found, part, progress):
         points_before=np.full(count, before * context.points, np.uint32),
     )
     request = replace(request, shadow_samples=part.size * context.points)
-    return context, replace(context, patches=patches, request=request)
+    return context, replace(context, patches=patches, request=request, covered=found.traced.covered)
 
 
 def append_rays(context, traced, size, before):

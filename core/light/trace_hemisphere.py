@@ -92,8 +92,8 @@ def trace_rows(city, rows, samples):
 
     def trace(some):
         # Rays of cover that go on are few after some turns: more patches at a time take less.
-        none = np.zeros((len(some), CELL_DIVISIONS**2), bool)
-        covered = find_covered_cells(city.ray_scene, city.patches, some) if city.cover else none
+        known = city.covered is not None
+        covered = city.covered[some] if known else find_covered_cells(city.ray_scene, city.patches, some)
         parts = [slice(start, start + step) for start in range(0, len(some), step)]
         return [trace_part(city, some[part], covered[part], sequence) for part in parts]
 

@@ -29,7 +29,7 @@ class RayCity:
     patches: Patches
     threads: int = 1
     reflections: bool = True  # whether to collect the matrix of form factors
-    cover: bool = True  # whether cells are covered where no light gets in; a closed room, lit inside, is not asked
+    covered: np.ndarray | None = None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
     elements: int = 1  # of each patch: 1, 4 or 16
     starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
     terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
