@@ -4,11 +4,14 @@ import os
 import sys
 import time
 
+from ..city.assemble_city import SHAPELESS
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of
 from ..settings.presets import PRESETS
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
+
+NAMED = 5  # buildings that are named in one line
 
 
 class RunLog:
@@ -50,8 +53,11 @@ def print_output(text):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def report_outcome(log, folder, energy, totals):
-    """Report the groups' full load hours, the totals (of summary.json) and the folder of the results."""
+def report_outcome(log, folder, energy, totals, report=None):
+    """Report the groups' full load hours, the totals (of summary.json) and the folder of the results.
+
+    An ImportReport, where there is one, tells the buildings that have none.
+    """
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
@@ -69,6 +75,10 @@ def report_outcome(log, folder, energy, totals):
         log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
     if (dark := totals["dark"])["count"]:
         log.write(f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, {dark['area']:,.0f} m²")
+    for reason, names in report.skipped.items() if report else ():
+        if reason.startswith(SHAPELESS):
+            told = ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
+            log.write(f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}")
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 

@@ -112,7 +112,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         write_exports(work, results, request, output.exports, log.progress)
     transfer, energy = results.transfer, results.energy
     drop_kept(folder, cluster)
-    report_outcome(log, folder, energy, totals)
+    report_outcome(log, folder, energy, totals, scene.report)
     log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
     return describe_interruption(transfer.record)
 

@@ -9,10 +9,12 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
+from cityjson_text import at, house, model, row
 
 from citypv.__main__ import main
 from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.effects.table import TABLE
+from citypv.core.results.describe_run import describe_left_out
 from citypv.core.settings.progress import TerminalProgress, describe_progress
 from citypv.core.settings.request import Request
 
@@ -168,3 +170,19 @@ def test_a_reader_may_leave_before_the_end(city):
         process.stdout.close()
         assert process.stderr.read() == ""
         assert process.wait(60) == 0
+
+
+def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
+    """A footprint alone casts no shadow and has no results: the run's last lines say so, and the report's lead."""
+    foot = {"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 3, 2, 1]]]}
+    corners = [[4 * x, 4 * y, 4 * z] for x, y, z in row(2)]
+    (tmp_path / "city.json").write_text(
+        json.dumps(model({"flat 7": house(foot), "solid": house(at(1))}, corners)), encoding="utf-8"
+    )
+    few = ["--samples", "16", "--shadow-samples", "4", "--suns", "days:2", "--weather", "clear-sky", "--effects"]
+    given = ["--latitude", "52", "--longitude", "13", *few, "trees=off", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(tmp_path / "city.json"), *given]) == 0
+    *_, last = capfd.readouterr().err.split("kWp")
+    assert "1 building, without a 3D shape: casts no shadow, has no results: flat 7" in last
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    assert any("1 of" in line and "no shadow" in line for line in describe_left_out(summary))
