@@ -63,7 +63,21 @@ def describe_comparison(found):
         if sums["buildings"]:
             change = f"{sums['mwh_change']:+,.1f} ± {sums['mwh_change_standard_error']:.1f} MWh a year"
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
-    return [*lines, *note_light(found)]
+    return [*lines, *name_ends(found.buildings), *note_light(found)]
+
+
+def name_ends(buildings):
+    """The three neighbours that lose most, and the three that gain most, beyond two standard errors: list of str."""
+    least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)  # what is written as 0.00 is not named
+    sure = buildings["mwh_change"].abs() >= least
+    neighbours = buildings[sure & (buildings["state"] == "existing")].sort_values("mwh_change")
+    losing, gaining = neighbours[neighbours["mwh_change"] < 0], neighbours[neighbours["mwh_change"] > 0]
+    lines = []
+    for words, rows in (("Lose most", losing[:3]), ("Gain most", gaining[:-4:-1])):
+        if len(rows):
+            each = zip(rows["building_id"], rows["mwh_change"], strict=True)
+            lines.append(f"  {words}: {', '.join(f'{name} {change:+,.2f} MWh' for name, change in each)}")
+    return lines
 
 
 def note_light(found):
