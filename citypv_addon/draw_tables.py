@@ -27,7 +27,7 @@ def draw_probed(layout, context):
     """Show what was probed, the months as bars."""
     city, _ = find_city(context.scene)
     rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
-    rows = [(name, show_end(value, 24) if name == "Building" else value) for name, value in rows]
+    rows = [(name, show_end(value, 15) if name == "Building" else value) for name, value in rows]
     if not rows:
         return
     column, charts = layout.box().column(align=True), read_charts(city)
@@ -81,10 +81,12 @@ def draw_comparison(layout, context):
     pages = max(1, -(-len(buildings) // PAGE))
     page = min(seeing.page, pages)
     row = layout.row(align=True)
+    row.use_property_split = False
     row.prop(seeing, "sort_by", text="")
     row.prop(seeing, "sort_down", text="", icon="SORT_DESC" if seeing.sort_down else "SORT_ASC")
     if pages > 1:
-        row.prop(seeing, "page", text=f"of {pages}")
+        row.prop(seeing, "page", text="Page")
+        row.label(text=f"of {pages}")
     column = layout.box().column(align=True)
     for one in buildings[(page - 1) * PAGE : page * PAGE]:
         draw_change(column, one)
@@ -122,7 +124,8 @@ def write_row(row):
     """Energy before and after, change with its standard error, and percent; in brackets what is below two errors."""
     change = f"{write_energy(row['change'], '+')} ±{write_energy(row['error'])}"
     noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
-    percent = row["state"] if isnan(percent_of(row)) else f"{percent_of(row):+.1f} %".replace("-", "−")
+    known = row["state"] != "gone" and not isnan(percent_of(row))
+    percent = f"{percent_of(row):+.1f} %".replace("-", "−") if known else row["state"]
     return write_energy(row["before"]), write_energy(row["after"]), f"({change})" if noise else change, percent
 
 

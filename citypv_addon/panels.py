@@ -221,7 +221,7 @@ class ColourPanel(_Step, bpy.types.Panel):
         draw_settings(column, settings, "show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend")
         city, _ = find_city(context.scene)
         if city is not None and not has_result(city, settings.attribute):
-            column.label(text="Not computed yet: run the steps above", icon="INFO")
+            draw_sentence(column.column(align=True), "Not computed yet: run the steps above", "INFO")
         elif ends and not settings.low < settings.high:
             column.label(text="Low must be below High", icon="ERROR")
         draw_lines(self.layout, context, "citypv_stand_ins")

@@ -247,10 +247,10 @@ def write_sources(city, surface_id):
 
 
 def describe_added(city):
-    """What came beside a city since it was imported or taken, and is not part of it, in words; "" if nothing."""
+    """What was put beside a city since it was imported or taken, and is not part of it, in words; "" if nothing."""
     added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
     some = f"{added[0]}{f' and {len(added) - 1} more' if len(added) > 1 else ''}" if added else ""
-    return f"{some} came beside it and is not part of it" if some else ""
+    return f"{some} {'are' if len(added) > 1 else 'is'} not part of the city" if some else ""
 
 
 def describe_edit(city):

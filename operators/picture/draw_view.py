@@ -19,6 +19,8 @@ PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with a
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
+NAMES = 18  # height above the curves for their names [pixels]
+LINE = 15  # of the legend's note, from one to the next [pixels]
 LETTERS = "JFMAMJJASOND"
 SELECTED = (1.0, 0.35, 0.0, 0.75)
 LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
@@ -61,14 +63,16 @@ def draw_legend():
     if scale is None:
         return
     pixel = bpy.context.preferences.system.ui_scale
-    # Above Blender's box with the last operator.
-    left, bottom, width, height = 76 * pixel, 92 * pixel, 440 * pixel, 16 * pixel
-    note = note_of(city, scale.attribute)
     blf.size(0, 11 * pixel)
-    across = max(width, blf.dimensions(0, note)[0])
-    draw_box((left - 26 * pixel, bottom - 46 * pixel, across + 52 * pixel, height + 80 * pixel), PAPER)
+    lines = break_lines(note_of(city, scale.attribute), 500 * pixel)
+    # Above Blender's box with the last operator; the note's last line is always at the same height.
+    deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
+    left, bottom, width, height = 76 * pixel, 46 * pixel + deep, 440 * pixel, 16 * pixel
+    across = max(width, *(blf.dimensions(0, line)[0] for line in lines))
+    draw_box((left - 26 * pixel, bottom - deep, across + 52 * pixel, height + deep + 34 * pixel), PAPER)
     write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
-    write_text(note, left, bottom - 37 * pixel, 11 * pixel)
+    for number, line in enumerate(lines):
+        write_text(line, left, bottom - (37 + LINE * number) * pixel, 11 * pixel)
     for share, text in scale.labels():
         write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
     stops = [(*stop.tolist(), 1.0) for stop in scale.stops]
@@ -82,6 +86,18 @@ def draw_legend():
     points = [(x, y) for x in places for y in (bottom, bottom + height)]
     shader, colours = gpu.shader.from_builtin("SMOOTH_COLOR"), [stop for stop in stops for _ in range(2)]
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
+
+
+def break_lines(text, width):
+    """Lines of a text, at least one, that are no wider than this [pixels] in the size of letters set last."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".lstrip()
+        if lines[-1] and blf.dimensions(0, longer)[0] > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def draw_box(box, colour):
@@ -133,13 +149,14 @@ def draw_curves(curves, left, bottom, pixel):
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     for row, colour in reversed(list(enumerate(LINES))):
         places = [left + (hour + 0.5) / 24 * WIDTH * pixel for hour in range(24)]
-        points = [(x, bottom + HEIGHT * pixel * y / largest) for x, y in zip(places, curves[row].tolist(), strict=True)]
+        heights = (bottom + (HEIGHT - NAMES) * pixel * curves[row] / largest).tolist()
+        points = list(zip(places, heights, strict=True))
         gpu.state.line_width_set(2.0)
         shader.uniform_float("color", colour)
         batch_for_shader(shader, "LINE_STRIP", {"pos": points}).draw(shader)
         name = list(CURVES)[row].capitalize()
-        write_text(name, left + 196 * pixel, bottom + (HEIGHT - 14 * row - 12) * pixel, 10 * pixel)
-        draw_box((left + 178 * pixel, bottom + (HEIGHT - 14 * row - 9) * pixel, 12 * pixel, 3 * pixel), colour)
+        write_text(name, left + (80 * row + 18) * pixel, bottom + (HEIGHT - 12) * pixel, 10 * pixel)
+        draw_box((left + 80 * row * pixel, bottom + (HEIGHT - 9) * pixel, 12 * pixel, 3 * pixel), colour)
     gpu.state.line_width_set(1.0)
     for hour in (0, 6, 12, 18, 24):
         write_text(f"{hour}", left + hour / 24 * WIDTH * pixel, bottom - 13 * pixel, 10 * pixel, centred=True)
@@ -149,7 +166,8 @@ def draw_curves(curves, left, bottom, pixel):
 
 def describe_amount(value, unit, smaller):
     """A number with its unit, in a thousandth of it where it is small."""
-    return f"{value:,.2g} {unit}" if value >= 1 else f"{1000 * value:,.3g} {smaller}"
+    amount, name = (value, unit) if value >= 1 else (1000 * value, smaller)
+    return f"{amount:,.0f} {name}" if amount >= 10 else f"{amount:.2g} {name}"
 
 
 def draw_highlight():

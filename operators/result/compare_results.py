@@ -163,9 +163,8 @@ def read_comparison(text):
 
 
 def percent_of(row):
-    """Change of a row in percent of what was before, NaN where there was nothing or is nothing left."""
-    known = row["before"] > 0 and row["after"] > 0
-    return 100 * row["change"] / row["before"] if known else float("nan")
+    """Change of a row in percent of what was before, NaN where there was nothing."""
+    return 100 * row["change"] / row["before"] if row["before"] > 0 else float("nan")
 
 
 class KeepBefore(OfCity, Action, bpy.types.Operator):

@@ -2,12 +2,16 @@
 
 from types import SimpleNamespace
 
+import blf
 import bpy
+import pytest
 from steps import here, run
 
+from citypv.citypv_addon.draw_tables import write_row
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators import check_libraries
+from citypv.operators.picture.draw_view import break_lines, describe_amount
 
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
 
@@ -98,7 +102,7 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     run("keep_before", "energy")
     assert {"Existing", "All"} <= set(draw_all())
     run("import_city", city_path=str(row_file))
-    assert "Not computed yet: run the steps above" in draw_all()
+    assert {"Not computed yet: run the steps", "   above"} <= set(draw_all())  # in lines that fit
 
 
 def test_a_library_that_failed_stands_in_the_panel(addon):
@@ -106,3 +110,28 @@ def test_a_library_that_failed_stands_in_the_panel(addon):
     assert any("libembree4.so.4" in text for text in draw_all())
     check_libraries.check_libraries()
     assert not any("libembree4.so.4" in text for text in draw_all())
+
+
+@pytest.mark.parametrize(
+    ("state", "before", "after", "percent"),
+    [
+        ("existing", 14.0, 0.0, "−100.0 %"),
+        ("existing", 40.0, 50.0, "+25.0 %"),
+        ("gone", 14.0, 0.0, "gone"),
+        ("new", 0.0, 9.0, "new"),
+    ],
+)
+def test_a_row_of_the_comparison_tells_percent_or_why_there_is_none(state, before, after, percent):
+    row = {"state": state, "before": before, "after": after, "change": after - before, "error": 0.1}
+    assert write_row(row)[3] == percent
+
+
+def test_texts_over_the_view_fit_and_have_plain_numbers():
+    note = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step; a year"
+    blf.size(0, 11)
+    lines = break_lines(note, 300)
+    assert " ".join(lines) == note and len(lines) > 1
+    assert max(blf.dimensions(0, line)[0] for line in lines) <= 300
+    assert break_lines("", 300) == [""] and break_lines("short", 1) == ["short"]
+    told = [describe_amount(power, "kW", "W") for power in (1234.5, 250.0, 31.4, 6.82, 0.9996, 0.0023)]
+    assert told == ["1,234 kW", "250 kW", "31 kW", "6.8 kW", "1,000 W", "2.3 W"]
