@@ -105,7 +105,7 @@ def main():
     with TemporaryDirectory() as folder:
         write_rays(Path(folder) / "rays.nc", base, city)
         size = (Path(folder) / "rays.nc").stat().st_size
-    patches = len(base.leaf.prepared.patches)
+    patches = len(base.city.prepared.patches)
     sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"
     print(f"{patches:,} patches, {len(base.suns)} suns; {sizes}", flush=True)
     trace_edit(base, city)  # compiles
@@ -125,7 +125,7 @@ def main():
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
             share.append((end - listener.start) / full[-1][:2])
-            apart = count_apart(edited.leaf, whole.leaf)
+            apart = count_apart(edited.city.states[0], whole.city.states[0])
             print(f"  rays apart: {apart} of {record.hemisphere_rays:,}", flush=True)
     names = "preview s, CPU s; exact s, CPU s; longest silence s, CPU s; hemisphere and shadow rays"
     print(f"edit, medians: {names}:", np.median(told, axis=0).round(2))

@@ -139,7 +139,7 @@ class Looker:
             points_above(self.request.shadow_samples),
             threads=usable_threads(self.request.threads),
         )
-        light = sun_visibility(watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32)))
+        light, *_ = sun_visibility(watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32)))
         seconds = time.process_time() - before
         part = take_surfaces(self.transfer, self.surfaces, suns, light.visible_share)
         part.surfaces.area = np.ones(count)  # they were drawn by area

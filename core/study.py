@@ -221,7 +221,7 @@ def trace_edit(base, city, progress=silent, *, request=None, preview=None):
         city,
         request or base.request,
         partial(report_polygons, progress, SCENE_STAGE, len(city)),
-        like=base.leaf.prepared.scene,
+        like=base.scene,
     )
     return edit_light(base, scene, progress, request=request, preview=preview)
 

@@ -17,7 +17,6 @@ from ..effects.rays import fewer_points, fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
-from ..light.trace_gather import trace_seasons
 from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
@@ -128,7 +127,7 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     receives[: len(few.patches)] &= part[few.patches]
     ready = replace(few.prepared, patches=replace(patches, receives=receives))
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
-        transfer = trace_seasons(lambda one: trace_hybrid(few.scene, suns, request, progress, prepared=one), ready)
+        transfer = trace_hybrid(few.scene, suns, request, progress, prepared=ready)
     records = [one.record for one in (transfer, transfer.bare) if one is not None]
     spent, wall = (
         sum(sum(stages.values()) - stages[PLAN] for stages in found)

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..city.scene import Scene
+from ..light.kept_matrix import keep_columns
 from ..light.merge_transfers import merge_rounds, seed_of_round
 from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene, reseed
 from ..light.rounds import add_round
-from ..light.trace_gather import join_seasons, trace_light, trace_seasons
+from ..light.trace_gather import TracedCity, join_seasons, trace_light
 from ..light.transfer import Transfer, scale_direct
 from ..photons.specular_light import specular_of
 from ..photons.trace_forward import trace_forward
@@ -34,11 +35,11 @@ class Run:
     request: Request
     prepared: PreparedScene
     transfer: Transfer
-    states: list  # of TracedCity: what its rays met, in leaf and bare; without, rounds are runs of their own
+    city: TracedCity | None  # what its rays met; without, rounds are runs of their own
 
     def has_room(self, size):
         """Whether what the rays of all rounds and of one more, of some size, meet is small enough to be kept."""
-        kept = sum(one.traced.nbytes for one in self.states)
+        kept = sum(one.traced.nbytes for one in self.city.states) if self.city else 0
         return kept * (1 + size / self.transfer.record.rounds) <= MOST_KEPT
 
 
@@ -54,22 +55,40 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
     """
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
     check_tracing(scene, suns, request)
-    prepared, states = prepared or prepare_scene(scene, request, weather=weather, progress=progress), []
-
-    def gather(state):
-        specular = specular_of(state)
-        found = trace_light(state, suns, request, progress, folder, specular=specular)
-        if state.rounds and not specular:
-            states.append(found)
-        return found.transfer
-
-    def forward(state):
-        return trace_forward(scene, suns, request, progress, folder, prepared=state)
-
-    transfer = trace_seasons({"gather": gather, "forward": forward}[request.estimator], prepared)
+    prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
+    if request.estimator == "forward":
+        transfer, city = trace_photons(scene, suns, request, progress, folder, prepared=prepared), None
+    else:
+        specular = specular_of(prepared)
+        city = trace_light(prepared, suns, request, progress, folder, specular=specular)
+        transfer = city.transfer
+        city = city if prepared.rounds and not specular else None
     if transfer.record.interrupted:
         transfer = weigh_kept_suns(transfer, weather.axis)
-    return Run(scene, weather, request, prepared, transfer, states)
+    return Run(scene, weather, request, prepared, transfer, city)
+
+
+def trace_photons(scene, suns, request, progress, folder, *, prepared):
+    """Transfer by photons, in each state of the trees; parameters as of `trace_forward`.
+
+    Raises
+    ------
+    CancelledError
+        It was cancelled before the suns of the second state: one alone does not stand for the year.
+    """
+    leaf = trace_forward(scene, suns, request, progress, folder, prepared=prepared)
+    if prepared.states == 1:
+        return leaf
+    if leaf.record.interrupted:
+        raise CancelledError
+    bare = trace_forward(scene, suns, request, progress, folder, prepared=prepared, state=1)
+    if bare.record.interrupted:
+        columns = {
+            name: keep_columns(getattr(leaf, name), len(bare.suns)) for name in ("visible_share", "direct_reflected")
+        }
+        record = replace(leaf.record, interrupted=bare.record.interrupted)
+        leaf = replace(leaf, suns=bare.suns, record=record, **columns)
+    return join_seasons([leaf, bare], prepared.plan.foliage)
 
 
 def trace_round(run, part, progress=silent, folder=None):
@@ -96,12 +115,11 @@ def trace_round(run, part, progress=silent, folder=None):
         It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
     """
     request, record = run.request, run.transfer.record
-    if run.states:
-        states = add_round(run.states, part, progress, folder)
-        leaf, *bare = (one.transfer for one in states)
-        transfer = join_seasons(leaf, bare[0] if bare else None, run.prepared.plan)
+    if run.city:
+        city = add_round(run.city, part, progress, folder)
+        transfer = city.transfer
         transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
-        return replace(run, transfer=transfer, states=states)
+        return replace(run, transfer=transfer, city=city)
     seed = seed_of_round(request.seed, record.rounds)
     samples, points = part.size * request.samples, part.size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)

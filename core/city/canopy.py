@@ -11,17 +11,13 @@ Light is not weighted but rays are stopped: a ray passes with the probability of
 and all that counts rays (sky, form factors, visible suns, photons) stays as it is. Random numbers of the rays of one
 patch are evenly spread, so that little noise is added.
 
-Both states of the leaves send the same rays from a patch, with the same random numbers, and bare crowns stop none that
-crowns in leaf let pass. So one sum over the crossings of a ray tells for both: which rays end without leaves is kept
-until the bare state is traced. What is not kept, such as rays from ground that is seen only in one state, is traced
-again.
+Of trees that lose their leaves, one sum over the crossings of a ray tells for both states: bare crowns stop no ray that
+crowns in leaf let pass.
 
 References
 ----------
 Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971), doi:10.1016/0002-1571(71)90092-6.
 """
-
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,7 +25,6 @@ from ..rays.random_numbers import GOLDEN, mix
 from ..rays.ray_scene import RayScene
 from .crossing_loops import build_hierarchy, sum_crossings
 
-LARGEST = 1 << 28  # [bytes] that are kept at most, a bit for each ray
 OPAQUE = 1e6  # optical depth of a trunk
 MARGIN = 1e-9  # of optical depth, more than rounding
 GOLDEN_RATIO = 0.6180339887498949
@@ -52,7 +47,7 @@ class CrownShapes:
 
 
 class Canopy:
-    """Crowns and trunks for attenuating rays.
+    """Crowns and trunks for attenuating rays, in leaf and bare.
 
     Parameters
     ----------
@@ -61,20 +56,16 @@ class Canopy:
         Optical depth per metre in each crown, k · LAD [m⁻¹].
     per_crossing : (k,) float64
         Optical depth of crossing each crown once.
-    shapes : CrownShapes, optional
-        Of these crowns, where they are known already.
     without_leaves : (k,) float64, optional
-        Share of these optical depths that stays without leaves, at most 1: `kept` then takes what stops rays there.
-    kept : KeptRays, optional
-        If `without_leaves` is not given: what is known from the state in leaf.
+        Share of these optical depths that stays without leaves, at most 1; None: one state all year.
     """
 
-    def __init__(self, crowns, per_metre, per_crossing, shapes=None, *, without_leaves=None, kept=None):
+    def __init__(self, crowns, per_metre, per_crossing, without_leaves=None):
         self.vertices = crowns.vertices
-        self._shapes = shapes or CrownShapes(crowns)
+        self._shapes = CrownShapes(crowns)
         self.ray_scene = self._shapes.ray_scene
+        self.states = 1 if without_leaves is None else 2
         tree, trunk = crowns.tree[self._shapes.order], crowns.trunk[self._shapes.order]
-        self._both, self._kept = without_leaves is not None, kept
         # A crossing of a crown is an entry and an exit: half each.
         costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
         share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
@@ -99,7 +90,7 @@ class Canopy:
         return self._pass(ray_origins, ray_directions, reach, least)[0]
 
     def _pass(self, ray_origins, ray_directions, reach=None, least=None):
-        """The same, and without leaves: (2, n) float64."""
+        """The same in each state: (2, n) float64, of which the second counts where there are two."""
         passed = np.ones((2, len(ray_origins)))
         met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
         ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
@@ -122,85 +113,41 @@ class Canopy:
 
         Returns
         -------
-        (c, r) bool
+        (states, c, r) bool
         """
-        words = hash_rays(ray_origins[:, 0], ray_directions[:, 0])
-        if self._kept is None or ray_origins.shape[1] == 1:  # such as photons, which differ between the states
-            return self._stop_rays(ray_origins, ray_directions, reach, words)[0]
-        names, count = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1])), ray_origins.shape[1]
-
-        def stop_some(rows):
-            ends = None if reach is None else reach[rows]
-            return self._stop_rays(ray_origins[rows], ray_directions[rows], ends, words[rows])
-
-        return self._answer(count, names, (count,), stop_some)
-
-    def _answer(self, common, words, shape, trace):
-        """Answers to rows of rays by `trace(rows)`, kept in leaf and recalled without leaves: (c, *shape) bool."""
-        if self._both:
-            answer, without_leaves = trace(slice(None))
-            keep_rays(self._kept, common, words, without_leaves)
-            return answer
-        answer, known = recall_rays(self._kept, common, words, shape)
-        rest = np.flatnonzero(~known)
-        if len(rest):
-            answer[rest] = trace(rest)[0]
-        return answer
-
-    def _stop_rays(self, ray_origins, ray_directions, reach, words):
-        """The same, and without leaves: (2, c, r) bool."""
         shape = ray_origins.shape[:2]
-        numbers = spread_numbers(words, shape[1]).reshape(-1)
+        numbers = spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1]).reshape(-1)
         rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
-        reach = None if reach is None else reach.reshape(-1)
-        return (self._pass(*rays, reach, numbers) < numbers).reshape(2, *shape)
+        passed = self._pass(*rays, None if reach is None else reach.reshape(-1), numbers)
+        return (passed[: self.states] < numbers).reshape(-1, *shape)
 
     def stop_shadow_rays(self, position, free, directions):
-        """Stop shadow rays in crowns.
+        """Which shadow rays that nothing else stops pass all crowns.
 
         Parameters
         ----------
         position : (c, m, 3) float32
             Points of each patch.
         free : (c, s, m) bool
-            Which points see which suns; changed in place.
+            Which points see which suns without crowns.
         directions : (s, 3) float32
 
         Returns
         -------
-        (c, s, m) bool
-            The same without leaves.
+        (states, c, s, m) bool
         """
         wanted = free.any(axis=2)
         shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
         row, sun = np.nonzero(shaded.any(axis=2))
-        bare = free.copy() if self._both else free
-        if not len(row):
-            return bare
-        passed = np.ones((2, len(row), position.shape[1]))
-        pair, point = np.nonzero(shaded[row, sun])
-        numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
-        rays = position[row[pair], point], directions[sun[pair]]
-        passed[:, pair, point] = self._pass(*rays, least=numbers[pair, point])
-        free[row, sun] &= passed[0] >= numbers
-        if self._both:
-            bare[row, sun] &= passed[1] >= numbers
-        return bare
-
-    def trace_shadow_rays(self, trace, position, wanted, directions):
-        """Shadow rays that crowns may stop, as of `RayScene`; `trace(position, wanted, directions)` has no crowns."""
-
-        def trace_rows(rows):
-            free = trace(position[rows], wanted[rows], directions)
-            return free, self.stop_shadow_rays(position[rows], free, directions)
-
-        if self._kept is None or position.shape[1] == 0:
-            return trace_rows(slice(None))[0]
-        words = hash_rays(position[:, 0], position[:, -1])
-        for bits in np.packbits(wanted, axis=1).T:
-            words = mix(words ^ bits)
-        shape = len(directions), position.shape[1]
-        return self._answer((*shape, directions.tobytes()), words, shape, trace_rows)
+        found = np.repeat(free[None], self.states, axis=0)
+        if len(row):
+            passed = np.ones((2, len(row), position.shape[1]))
+            pair, point = np.nonzero(shaded[row, sun])
+            numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
+            rays = position[row[pair], point], directions[sun[pair]]
+            passed[:, pair, point] = self._pass(*rays, least=numbers[pair, point])
+            found[:, row, sun] &= passed[: self.states] >= numbers
+        return found
 
 
 def hash_rays(ray_origins, ray_directions):
@@ -220,7 +167,7 @@ def spread_numbers(words, count):
 
 
 class LeafyScene(RayScene):
-    """Triangles for ray queries, with shadow rays that crowns may stop.
+    """Triangles for ray queries, with crowns that may stop rays.
 
     Parameters
     ----------
@@ -234,72 +181,7 @@ class LeafyScene(RayScene):
         super().__init__(vertices, triangles)
         self.canopy = canopy
 
-    def trace_shadow_rays(self, position, wanted, directions):
+    def trace_shadow_states(self, position, wanted, directions):
         """As of `RayScene`."""
-        trace = super().trace_shadow_rays
-        if self.canopy is None:
-            return trace(position, wanted, directions)
-        return self.canopy.trace_shadow_rays(trace, position, wanted, directions)
-
-
-@dataclass
-class KeptRays:
-    """Answers to rows of rays."""
-
-    parts: dict = field(default_factory=dict)  # what the rows have in common -> list of (c,) uint64 and (c, b) uint8
-    size: int = 0  # [bytes]
-
-
-def forget_rays(kept):
-    """Empty what was kept."""
-    kept.parts.clear()
-    kept.size = 0
-
-
-def keep_rays(kept, common, words, answer):
-    """Keep the answers to rows of rays, while there is room.
-
-    Parameters
-    ----------
-    kept : KeptRays
-    common : hashable
-        What the rows have in common.
-    words : (c,) uint64
-        Of each row, by its rays.
-    answer : (c, ...) bool
-    """
-    packed = np.packbits(answer.reshape(len(words), -1), axis=1)
-    if len(words) and kept.size + packed.nbytes + words.nbytes <= LARGEST:
-        kept.parts.setdefault(common, []).append((words, packed))
-        kept.size += packed.nbytes + words.nbytes
-
-
-def recall_rays(kept, common, words, shape):
-    """What is known of rows of rays.
-
-    Parameters
-    ----------
-    kept : KeptRays
-    common, words
-        As of `keep_rays`.
-    shape : tuple of int
-        Of the answer to one row.
-
-    Returns
-    -------
-    answer : (c, *shape) bool
-    known : (c,) bool
-        Rows that were kept.
-    """
-    parts = kept.parts.get(common)
-    if not parts or not len(words):
-        return np.zeros((len(words), *shape), bool), np.zeros(len(words), bool)
-    if len(parts) > 1:
-        every, packed = (np.concatenate(part) for part in zip(*parts, strict=True))
-        order = np.argsort(every)
-        parts = kept.parts[common] = [(every[order], packed[order])]
-    every, packed = parts[0]
-    order = np.arange(len(every)) if (every[1:] >= every[:-1]).all() else np.argsort(every)
-    place = order[np.minimum(np.searchsorted(every, words, sorter=order), len(every) - 1)]
-    answer = np.unpackbits(packed[place], axis=1, count=int(np.prod(shape)))
-    return answer.astype(bool).reshape(len(words), *shape), every[place] == words
+        free = super().trace_shadow_states(position, wanted, directions)
+        return free if self.canopy is None else self.canopy.stop_shadow_rays(position, free[0], directions)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ..settings.errors import InputError
-from .canopy import Canopy, CrownShapes, KeptRays, forget_rays
+from .canopy import Canopy
 from .scene import Crowns
 
 TROPIC = 23.44  # [°] latitude up to which trees are taken to keep their leaves
@@ -37,28 +37,13 @@ class Foliage:
         return changes and 0 < len(self.months) < 12
 
     @cached_property
-    def shapes(self):
-        """Crowns for finding crossings, the same in both states and in all rounds: CrownShapes."""
-        return CrownShapes(self.crowns)
-
-    @cached_property
-    def kept(self):
-        """What the state in leaf tells of the bare one: KeptRays."""
-        return KeptRays()
-
-    def canopy(self, bare=False, *, both=False):
-        """What attenuates rays: Canopy; `bare` is the state in the other months.
-
-        With `both` the state in leaf keeps what it finds for the bare one, which is traced next with the same rays.
-        """
-        depths = self.bare if bare or not self.months else self.in_leaf
-        if not both or not self.seasonal:
-            return Canopy(self.crowns, *depths, shapes=self.shapes)
-        if not bare:
-            forget_rays(self.kept)
+    def canopy(self):
+        """What attenuates rays, in leaf and bare where that differs: Canopy."""
+        if not self.seasonal:
+            return Canopy(self.crowns, *(self.in_leaf if self.months else self.bare))
         leaves, left = sum(self.in_leaf), sum(self.bare)
         share = np.divide(left, leaves, out=np.ones(len(leaves)), where=leaves > 0)
-        return Canopy(self.crowns, *depths, self.shapes, without_leaves=None if bare else share, kept=self.kept)
+        return Canopy(self.crowns, *self.in_leaf, share)
 
 
 def choose_foliage(crowns, request, latitude):

@@ -126,7 +126,7 @@ def hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
     city = RayCity(ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered)
     found = empty_traced(city)
-    for part in trace_rows(city, np.arange(len(patches)), samples):
+    for part, *_ in trace_rows(city, np.arange(len(patches)), samples):
         found.put(part)
     return patches, found
 

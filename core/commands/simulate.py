@@ -130,7 +130,8 @@ def trace_to_edit(scene, weather, request, log, *, prepared):
     base = trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer
     sampling = measure_sun_sampling(scene, weather, transfer, request, log.progress, prepared=prepared)
-    base.leaf.transfer = replace(base.leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
+    leaf = base.city.states[0]
+    leaf.transfer = replace(leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
     return base
 
 

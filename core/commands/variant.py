@@ -65,7 +65,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             request = replace(
                 request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             )
-        scene = stand_city(city, request, like=base.leaf.prepared.scene)
+        scene = stand_city(city, request, like=base.scene)
         edited = edit_light(base, scene, log.progress, request=request)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
@@ -85,7 +85,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
 
 def restore_base(kept, transfer):
     """The traced city of rays.nc and transfer.nc: EditableCity."""
-    known = {"decisions": kept.decisions, "states": kept.states, "specular": specular_of, "trail": kept.trail}
+    known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "trail": kept.trail}
     return restore_editable(kept.scene, kept.request, transfer, **known)
 
 

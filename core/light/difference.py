@@ -12,7 +12,7 @@ import numpy as np
 from .compare_cities import match_patches
 from .direct_errors import variance_of_neighbours
 from .merge_transfers import whole_error
-from .trace_gather import SUNS
+from .trace_gather import SUNS, join_seasons
 from .traced import SKY_DOME
 from .transfer import ErrorParts, take_rows, variance_of_mean
 
@@ -38,11 +38,10 @@ def errors_of_difference(before, after):
     number = {name: row for row, name in enumerate(before.transfer.surfaces.surface_id)}
     pairs = [(number[name], row) for row, name in enumerate(after.transfer.surfaces.surface_id) if name in number]
     rows = np.array(pairs, int).reshape(-1, 2).T
-    found = difference_of_state(before.leaf, after.leaf, rows)
-    if before.bare or after.bare:
-        bare = difference_of_state(before.bare or before.leaf, after.bare or after.leaf, rows)
-        foliage = (after if after.bare else before).leaf.prepared.plan.foliage
-        found = replace(found, bare=bare, leaf_months=foliage.months)
+    cities = before.city, after.city
+    most = max(cities, key=lambda city: len(city.states))
+    found = [difference_of_state(cities, rows, state) for state in range(len(most.states))]
+    found = join_seasons(found, most.prepared.plan.foliage)
     return replace(found, record=replace(found.record, sun_sampling=None)), rows
 
 
@@ -51,7 +50,7 @@ def take_brighter(one, other, rows):
 
     Parameters
     ----------
-    one, other : TracedCity
+    one, other : TracedState
     rows : (2, r) int
     """
     light = [city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)]
@@ -66,21 +65,23 @@ def take_brighter(one, other, rows):
     return taken
 
 
-def difference_of_state(one, other, rows):
-    """The same of one state of the trees: Transfer.
+def difference_of_state(cities, rows, state):
+    """The same of one state of the trees, 0 in leaf, 1 bare: Transfer.
 
     Parameters
     ----------
-    one, other : TracedCity
+    cities : tuple of two TracedCity
     rows : (2, r) int
+    state : int
     """
-    place, pairs = match_patches(one.prepared, other.prepared), (one, other)
+    place = match_patches(*(city.prepared for city in cities))
+    one, other = pairs = [city.states[min(state, len(city.states) - 1)] for city in cities]
     row_of = []
-    for city, some in zip(pairs, rows, strict=True):
-        number = np.full(len(city.transfer.surfaces) + 1, -1)
+    for city, some in zip(cities, rows, strict=True):
+        number = np.full(len(city.prepared.scene.surfaces) + 1, -1)
         number[some] = np.arange(len(some))
         row_of.append(number[city.context.owner])
-    weights = [np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in pairs]
+    weights = [np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in cities]
 
     def add(values, variance):
         """Variance of the surfaces' difference from that of patches, (p, k) of both cities."""
@@ -105,11 +106,11 @@ def difference_of_state(one, other, rows):
     )
     by_replicate = {name: [light.by_replicate for light in pair] for name, pair in lights.items()}
     own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}
-    points = add([city.direct.annual.by_point for city in pairs], variance_of_neighbours)
+    points = add([one.direct.annual.by_point for one in pairs], variance_of_neighbours)
     both = add([a + b for a, b in zip(by_replicate[SUNS], by_replicate[SKY_DOME], strict=True)], variance_of_mean)
     covariance = (both - own[SUNS] - own[SKY_DOME]) / 2
     own[SUNS] += points
-    if other.prepared.plan["specular"].on or one.prepared.plan["specular"].on:  # photons of both runs are independent
+    if any(city.prepared.plan["specular"].on for city in cities):  # photons of both runs are independent
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}

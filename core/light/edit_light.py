@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..city.canopy import forget_rays
 from ..city.scene import corners_of
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
@@ -35,7 +34,7 @@ MATCHING, STAGE = "comparing patches", "comparing rays"
 NEARLY = 1e-3  # [m] more than rounding of places in single precision
 
 
-def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None, known=(None, None)):
+def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None, known=None):
     """Trace a city so that it can be edited.
 
     Parameters
@@ -47,8 +46,8 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         See `core.progress`.
     specular : callable, optional
         As of `EditableCity`.
-    known : tuple of two Known, optional
-        In leaf and bare.
+    known : Known, optional
+        Of the city before an edit.
 
     Returns
     -------
@@ -61,18 +60,11 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         It is a tile, a further round, or asks for another estimator than gather.
     """
     check_editable(prepared, request)
-    prepared, states, foliage = replace(build_tree(prepared, request), editable=True), [], prepared.plan.foliage
-    trail = known[0].new_trail if known[0] else begin_trail(prepared.scene, boxes_of_patches(prepared.patches))
+    prepared = replace(build_tree(prepared, request), editable=True)
+    trail = known.new_trail if known else begin_trail(prepared.scene, boxes_of_patches(prepared.patches))
     prepared.plan.ray_scene.trail = trail
-    for bare in (False, True)[: 1 + bool(foliage and foliage.seasonal)]:
-        state = replace(prepared, bare=bare)
-        hook = specular(state)
-        states.append(trace_light(state, suns, request, progress, specular=hook, known=known[bare]))
-        if prepared.plan.reflections:
-            states[-1].traced.form_factors.links = None  # large, and of no use to the next edit
-    if foliage:
-        forget_rays(foliage.kept)
-    return EditableCity(suns, request, states[0], states[1] if len(states) > 1 else None, trail, specular)
+    city = trace_light(prepared, suns, request, progress, specular=specular(prepared), known=known)
+    return EditableCity(suns, request, city, trail, specular)
 
 
 def edit_light(base, scene, progress=silent, *, request=None, preview=None):
@@ -104,17 +96,14 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     """
     if base.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
-    if scene.site != base.leaf.prepared.scene.site:
+    if scene.site != base.scene.site:
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
     prepared = prepare_edit(base, scene, request, progress)
     progress(MATCHING, 0, len(prepared.patches), "patches")
     prepared = build_tree(prepared, request)
     progress(MATCHING, 0, len(prepared.patches), "patches")
-    leaf, *bare = (
-        Known(one, prepared, base.trail, preview, progress) for one in (base.leaf, base.bare) if one is not None
-    )
-    known = leaf, *(bare or [leaf])
+    known = Known(base.city, prepared, base.trail, preview, progress)
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
 
 
@@ -186,10 +175,9 @@ class Known:
         """Patches whose rays meet what they met before: (p,) bool."""
         return find_same(self)
 
-    @cached_property
-    def rows(self):
+    def renumber(self, form_factors):
         """Hits of these patches' rays, with the numbers that patches have now: list of Rows."""
-        form_factors, found = self.before.traced.form_factors, {}
+        found = {}
         bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
         rising = (np.diff(self.place[self.place >= 0]) > 0).all()
         kept = np.append(self.same, False)[self.after]
@@ -201,19 +189,29 @@ class Known:
             found.setdefault(part.rays, []).append(Rows(self.after[part.chosen], part.start, key, part.rays))
         return [part for alike in found.values() for part in join_rows(alike)]
 
+    @cached_property
+    def states(self):
+        """What the rays met in each state of the trees, as many as now: list of Traced."""
+        found = [one.traced for one in self.before.states]
+        return [found[min(state, len(found) - 1)] for state in range(self.prepared.states)]
+
+    @cached_property
+    def rows(self):
+        """Of `renumber`, in each of these."""
+        return [one.form_factors and self.renumber(one.form_factors) for one in self.states]
+
     def put(self, found, chosen):
-        """Write what is known of some patches, (p,) bool, to a Traced: (p,) bool, of which."""
-        old = self.before.traced
-        known = chosen & self.same & (old.samples[self.place] == found.samples)
+        """Write what is known of some patches, (p,) bool, to the Traced of each state: (p,) bool, of which."""
+        known = chosen & self.same & (self.states[0].samples[self.place] == found[0].samples)
         rows = self.place[known]
-        for name, first in found.first.items():
-            for part in ("light", "element", "deviation"):
-                getattr(first, part)[known] = getattr(old.first[name], part)[rows]
-        for name in ("far_ground", "element_far_ground", "open_share", "covered"):
-            getattr(found, name)[known] = getattr(old, name)[rows]
-        if found.form_factors is not None:
-            for part in self.rows:
-                found.form_factors.put(leave_rows(part, known[part.chosen]))
+        for new, old, hits in zip(found, self.states, self.rows, strict=True):
+            for name, first in new.first.items():
+                for part in ("light", "element", "deviation"):
+                    getattr(first, part)[known] = getattr(old.first[name], part)[rows]
+            for name in ("far_ground", "element_far_ground", "open_share", "covered"):
+                getattr(new, name)[known] = getattr(old, name)[rows]
+            for part in hits or ():
+                new.form_factors.put(leave_rows(part, known[part.chosen]))
         return known
 
     def room(self, clearances):
@@ -229,16 +227,16 @@ class Known:
         turns = [np.ones(len(one.traced), int) if one.turns is None else one.turns for one in (old, watch)]
         kept = (rows >= 0) & watch.traced & old.traced[rows] & (turns[0][rows] == turns[1])
         kept &= (watch.covered == old.covered[rows]).all(axis=1)
-        return KnownShadows(
-            self.before.task.bits, np.where(kept, rows, -1), balls_of(watch.patches), self.boxes, watch.threads
-        )
+        bits = self.before.task.bits
+        bits = [bits[min(state, len(bits) - 1)] for state in range(self.prepared.states)]
+        return KnownShadows(bits, np.where(kept, rows, -1), balls_of(watch.patches), self.boxes, watch.threads)
 
 
 @dataclass
 class KnownShadows:
     """Which points of patches saw which suns before an edit."""
 
-    bits: np.ndarray  # (o, words, s) uint16, of `Shadows`
+    bits: list  # of (o, words, s) uint16, of `Shadows` in each state of the trees
     place: np.ndarray  # (p,) int, the patch before whose bits hold where nothing has changed; -1: none
     balls: tuple  # of `balls_of` the p patches
     boxes: np.ndarray  # (k, 2, 3) float64 [m], around all that has changed
@@ -247,15 +245,16 @@ class KnownShadows:
     def of_suns(self, columns, directions):
         """Bits of some suns, ascending (s,) int, with directions, (s, 3); and which to look at again: (p, s) bool."""
         first, end = (columns[0], columns[-1] + 1) if len(columns) else (0, 0)
-        block, directions = self.bits[:, :, first:end], directions.astype(float)
-        bits = np.zeros((len(self.place), self.bits.shape[1], len(columns)), np.uint16)
+        directions = directions.astype(float)
+        bits = np.zeros((len(self.bits), len(self.place), self.bits[0].shape[1], len(columns)), np.uint16)
         asked = np.ones((len(self.place), len(columns)), bool)
 
         def look(rows):
             kept = np.flatnonzero(self.place[rows] >= 0)
             few = np.empty((len(kept), len(columns)), bool)
             pass_boxes(tuple(part[rows][kept] for part in self.balls), directions, self.boxes, few)
-            bits[rows][kept] = block[self.place[rows][kept]][:, :, columns - first]
+            for new, old in zip(bits, self.bits, strict=True):
+                new[rows][kept] = old[:, :, first:end][self.place[rows][kept]][:, :, columns - first]
             asked[rows][kept] = few
 
         work_in_slices(look, len(self.place), self.threads)
@@ -283,7 +282,7 @@ def find_same(known):
     (p,) bool
     """
     before, prepared, place = known.before, known.prepared, known.place
-    context, traced, patches = before.context, before.traced, prepared.patches
+    context, traced, patches = before.context, before.states[0].traced, prepared.patches
     same = (place >= 0) & (traced.samples[place] > 0)
     covered = traced.covered[place]
     in_earth = covered.any(axis=1)

@@ -12,7 +12,7 @@ from ..sun.suns import Suns
 from .prepare_scene import build_tree, prepare_scene
 from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
-from .trace_gather import TracedCity, join_seasons
+from .trace_gather import TracedCity, TracedState
 
 PINNED = ("receivers", "reflectors", "perez", "far-ground")  # effects that are decided as in the base
 KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
@@ -34,22 +34,26 @@ class EditableCity:
 
     suns: Suns
     request: Request
-    leaf: TracedCity
-    bare: TracedCity | None  # without leaves; None: one state all year
+    city: TracedCity
     trail: Trail
     specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
 
     @property
     def decisions(self):
         """What was decided: Decisions."""
-        plan = self.leaf.prepared.plan
+        plan = self.city.prepared.plan
         on, kept = {key: plan[key].on for key in PINNED}, {name: getattr(plan, name) for name in KEPT}
-        return Decisions(on, kept, self.leaf.context.bounces, self.suns)
+        return Decisions(on, kept, self.city.context.bounces, self.suns)
 
     @property
     def transfer(self):
         """Transfer of the city, both states of its trees included."""
-        return join_seasons(self.leaf.transfer, self.bare and self.bare.transfer, self.leaf.prepared.plan)
+        return self.city.transfer
+
+    @property
+    def scene(self):
+        """Scene that was traced, with the backs of sheets."""
+        return self.city.prepared.scene
 
 
 def check_editable(prepared, request):
@@ -74,7 +78,7 @@ def prepare_decided(decisions, scene, request, progress=silent):
     return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
 
 
-def restore_editable(scene, request, transfer, *, decisions, states, trail, specular):
+def restore_editable(scene, request, transfer, *, decisions, kept, trail, specular):
     """A traced city as it was, from what its rays and suns met: EditableCity.
 
     Parameters
@@ -83,8 +87,9 @@ def restore_editable(scene, request, transfer, *, decisions, states, trail, spec
     request : Request
     transfer : Transfer
     decisions : Decisions
-    states : list of dict
-        Of each state of the trees, fields of TracedCity: traced, lights and direct, and the bits of `Shadows`.
+    kept : dict
+        `bits` of SunTask, `room` of TracedCity, and `states`: a dict of each state of the trees, with `traced`,
+        `lights` and `direct` of TracedState.
     trail, specular
         As of `EditableCity`.
 
@@ -94,15 +99,15 @@ def restore_editable(scene, request, transfer, *, decisions, states, trail, spec
         They are of another scene.
     """
     prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
-    found = []
-    for bare, kept in enumerate(states):
-        traced, bits, lights, direct = (kept[name] for name in ("traced", "bits", "lights", "direct"))
-        if len(bits) != len(prepared.patches):
-            problem = f"holds rays of {len(bits):,} patches, the city has {len(prepared.patches):,}"
-            raise InputError("rays.nc", problem, "trace the city again with --editable")
-        state, own = replace(prepared, bare=bool(bare)), transfer.bare if bare else replace(transfer, bare=None)
-        context = prepare_gather(state, request, silent)
-        task = prepare_suns(context, traced, without_hidden(decisions.suns, state.plan.terrain))
-        task.bits = bits
-        found.append(TracedCity(state, context, traced, task, lights, direct, own, kept["room"]))
-    return EditableCity(decisions.suns, request, found[0], found[1] if len(found) > 1 else None, trail, specular)
+    context, states = prepare_gather(prepared, request, silent), kept["states"]
+    if kept["bits"].shape[1] != len(prepared.patches):
+        problem = f"holds rays of {kept['bits'].shape[1]:,} patches, the city has {len(prepared.patches):,}"
+        raise InputError("rays.nc", problem, "trace the city again with --editable")
+    suns = without_hidden(decisions.suns, prepared.plan.terrain)
+    task = prepare_suns(context, [one["traced"] for one in states], suns)
+    task.bits = kept["bits"]
+    transfers = [replace(transfer, bare=None), transfer.bare][: len(states)]
+    states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
+    return EditableCity(
+        decisions.suns, request, TracedCity(prepared, context, task, states, kept["room"]), trail, specular
+    )

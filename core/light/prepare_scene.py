@@ -1,7 +1,6 @@
 """What tracing a scene needs before the first ray, made once per run: materials, patches, the plan of effects."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 from ..city.scene import Scene, add_backs, check_scene
 from ..effects.effect import TracePlan
@@ -25,14 +24,18 @@ class PreparedScene:
     plan: TracePlan
     suns: Suns | None = None  # if they were chosen already
     bounces: int | None = None  # number of reflections, where a run before found it
-    bare: bool = False  # whether deciduous trees are traced without leaves
     rounds: bool = False  # whether what rays met is kept, for further rounds
     editable: bool = False  # whether what rays and suns met is kept, for edits of the city
 
-    @cached_property
+    @property
     def canopy(self):
         """What attenuates rays: Canopy, or None without trees."""
-        return self.plan.foliage and self.plan.foliage.canopy(self.bare)
+        return self.plan.foliage and self.plan.foliage.canopy
+
+    @property
+    def states(self):
+        """States of trees: in leaf and bare where some lose their leaves, else one."""
+        return self.canopy.states if self.canopy else 1
 
 
 def check_tracing(scene, suns, request):
@@ -82,10 +85,11 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
 
 
 def build_tree(prepared, request):
-    """The same with the tree of its triangles, for several rounds: PreparedScene."""
+    """The same with the tree of its triangles and its crowns, for several rounds: PreparedScene."""
     if prepared.plan.ray_scene is not None:
         return prepared
     ray_scene = FacingScene(prepared.scene, prepared.patches, usable_threads(request.threads))
+    ray_scene.canopy = prepared.canopy
     return replace(prepared, plan=replace(prepared.plan, ray_scene=ray_scene))
 
 

@@ -9,7 +9,7 @@ one of k times the samples. Single suns are not solved again: what surfaces rece
 the new sum over all suns.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +29,6 @@ from .trace_all import STAGE, fill_closed_forms
 from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies
 from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME
-from .transfer import TraceRecord
 
 
 class Round(NamedTuple):
@@ -39,16 +38,15 @@ class Round(NamedTuple):
     counted: np.ndarray | None = None  # (n,) bool, surfaces whose patches are sampled; None: all
 
 
-def add_round(states, part, progress, folder=None):
+def add_round(city, part, progress, folder=None):
     """Trace a further round of a run.
 
     Surfaces that are left out of a round can be in no later one, since their samples would not go on.
 
     Parameters
     ----------
-    states : list of TracedCity
-        By all rounds so far: in leaf and, with deciduous trees, bare. What their rays met and their matrices of
-        surfaces × suns are overwritten.
+    city : TracedCity
+        By all rounds so far. What its rays met and its matrices of surfaces × suns are overwritten.
     part : Round
     progress : callable
         See `core.progress`.
@@ -57,76 +55,74 @@ def add_round(states, part, progress, folder=None):
 
     Returns
     -------
-    list of TracedCity
+    TracedCity
 
     Raises
     ------
     CancelledError
-        The matrices are as they were, but `states` can take no further round.
+        The matrices are as they were, but `city` can take no further round.
     """
-    looked = [look_further(one, part, progress, folder) for one in states]
-    return [with_round(*one) for one in zip(states, looked, strict=True)]
+    clock, traced, before = Clock(), [one.traced for one in city.states], city.states[0].transfer.record.rounds
+    context, more = continue_points(city, part, before, progress)
+    counted, seconds = dict(traced[0].ray_count), context.ray_scene.thread_seconds
+    append_rays(more, traced, part.size, before)
+    for one in traced:
+        fill_closed_forms(context, one)
+        if context.plan.reflections:
+            one.factor = element_factors(context, one)
+    clock.lap(STAGE)
+    lights = [solve_skies(context, one, None, clock) for one in traced]
+    looked, shadow_rays = look_at_suns(more, traced, city.task.suns, folder)
+    found = []
+    for state, light, (points, visible_share) in zip(city.states, lights, looked, strict=True):
+        annual = add_points(
+            state.direct.annual,
+            points,
+            np.where(more.patches.receives, part.size / (before + part.size), 0),
+            keys=context.patches.key,
+            before=before * context.points,
+            whole=more.full,
+            covered=state.traced.covered_share,
+        )
+        light[SUNS] = solve_annual(context, state.traced, annual)
+        reflected = scale_reflected(context, state, annual, light[SUNS], folder)
+        found.append(Further(light, annual, visible_share, reflected))
+    clock.lap("suns")
+    rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
+    work = {
+        "hemisphere_rays": rays.pop(SKY_DOME),
+        "source_rays": rays,
+        "shadow_rays": shadow_rays,
+        "seconds": clock.seconds,
+        "processor_seconds": clock.processor_seconds,
+        "embree_thread_seconds": context.ray_scene.thread_seconds - seconds,
+    }
+    states = []
+    for state, light in zip(city.states, found, strict=True):
+        states.append(with_round(context, state, light, part, work))
+        work |= {"seconds": {}, "processor_seconds": {}}
+    return replace(city, states=states)
 
 
-@dataclass
-class Further:
-    """What a round adds to one state of a city."""
+class Further(NamedTuple):
+    """Light of one state of the trees with a further round."""
 
-    part: Round
-    lights: dict  # of all rounds, as of TracedCity
+    lights: dict  # of all rounds, as of TracedState
     annual: Annual  # likewise
     visible_share: np.ndarray  # (n, s) float32, by the new points
     reflected: np.ndarray  # (n, s) float32, of all rounds
-    record: TraceRecord  # of this round
 
 
-def look_further(found, part, progress, folder):
-    """Append rays to what those of a TracedCity met, look at the suns from further points, and solve: Further."""
-    clock, traced, record = Clock(), found.traced, found.transfer.record
-    context, more = continue_points(found, part, progress)
-    counted, seconds = dict(traced.ray_count), context.ray_scene.thread_seconds
-    append_rays(more, traced, part.size, record.rounds)
-    fill_closed_forms(context, traced)
-    if context.plan.reflections:
-        traced.factor = element_factors(context, traced)
-    clock.lap(STAGE)
-    lights = solve_skies(context, traced, None, clock)
-    new, visible_share, shadow_rays = look_at_suns(more, traced, found.task.suns, folder)
-    annual = add_points(
-        found.direct.annual,
-        new,
-        np.where(more.patches.receives, part.size / (record.rounds + part.size), 0),
-        keys=context.patches.key,
-        before=record.rounds * context.points,
-        whole=more.full,
-        covered=traced.covered_share,
-    )
-    lights[SUNS] = solve_annual(context, traced, annual)
-    reflected = scale_reflected(found, annual, lights[SUNS], folder)
-    clock.lap("suns")
-    rays = {name: count - counted[name] for name, count in traced.ray_count.items()}
-    record = replace(
-        record,
-        **shares_of_record(lights),
-        hemisphere_rays=rays.pop(SKY_DOME),
-        source_rays=rays,
-        shadow_rays=shadow_rays,
-        rounds=part.size,
-        seconds=clock.seconds,
-        processor_seconds=clock.processor_seconds,
-        embree_thread_seconds=context.ray_scene.thread_seconds - seconds,
-    )
-    return Further(part, lights, annual, visible_share, reflected, record)
+def continue_points(city, part, before, progress):
+    """GatherContext of a TracedCity, and the same where the patches of a Round go on in their sequences of points.
 
-
-def continue_points(found, part, progress):
-    """GatherContext of a TracedCity, and the same where the patches of a Round go on in their sequences of points."""
-    context, foliage = replace(found.context, progress=progress), found.prepared.plan.foliage
-    context.ray_scene.canopy = foliage and foliage.canopy(found.prepared.bare, both=True)
+    `before` is the number of rounds so far.
+    """
+    context = replace(city.context, progress=progress)
     request, patches, count = context.request, context.patches, len(context.patches)
     taken = np.ones(len(context.surfaces), bool) if part.counted is None else part.counted
     taken = np.append(taken, part.counted is None)[context.owner]  # the last one is for the ground
-    before, rays = found.transfer.record.rounds, max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
+    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     patches = replace(
         patches,
         receives=patches.receives & taken,
@@ -134,18 +130,20 @@ def continue_points(found, part, progress):
         points_before=np.full(count, before * context.points, np.uint32),
     )
     request = replace(request, shadow_samples=part.size * context.points)
-    return context, replace(context, patches=patches, request=request, covered=found.traced.covered)
+    return context, replace(context, patches=patches, request=request, covered=city.states[0].traced.covered)
 
 
 def append_rays(context, traced, size, before):
-    """Append to a Traced what further rays of its patches meet that receive light: `size` rounds after `before`."""
-    sends = context.patches.receives & (traced.samples > 0)
-    most, done = size * int(traced.samples[sends].sum()) // before, 0
-    for samples in np.unique(traced.samples[sends]):
-        rows, count = np.flatnonzero(sends & (traced.samples == samples)), int(samples) // before * size
-        for part in trace_rows(context, rows, count):
-            traced.append(part, count)
-            done += count * (len(part.rows) + len(part.dark))
+    """Append what further rays of patches that receive light meet, `size` rounds after `before`, to each Traced."""
+    asked = traced[0].samples
+    sends = context.patches.receives & (asked > 0)
+    most, done = size * int(asked[sends].sum()) // before, 0
+    for samples in np.unique(asked[sends]):
+        rows, count = np.flatnonzero(sends & (asked == samples)), int(samples) // before * size
+        for parts in trace_rows(context, rows, count):
+            for one, part in zip(traced, parts, strict=True):
+                one.append(part, count)
+            done += count * (len(parts[0].rows) + len(parts[0].dark))
             context.progress(STAGE, done, most, "rays")
 
 
@@ -154,34 +152,36 @@ def look_at_suns(context, traced, suns, folder):
 
     Returns
     -------
-    Annual
-        Of these points.
-    visible_share : (n, s) float32
+    list of tuple of Annual and (n, s) float32
+        Of these points in each state of the trees, with the visible share.
     int
         Number of rays.
     """
     task = prepare_suns(context, traced, without_hidden(suns, context.plan.terrain))
     to_surface, normal, threads = context.patch_to_surface, context.patches.normal, context.threads
-    visible_share = keep_matrix((to_surface.shape[0], len(suns)), folder)
-    by_point, rays = np.zeros((len(normal), context.points), np.float32), 0
+    visible = [keep_matrix((to_surface.shape[0], len(suns)), folder) for _ in traced]
+    sums, rays = np.zeros((len(traced), len(normal), context.points), np.float32), 0
     task.progress.bounces = 0
     for block in task.blocks:
         task.progress.begin(block)
-        shadows = look_at_block(context, task, block, task.progress.report_rays)
-        average_surfaces(to_surface, shadows.visible_share, threads, out=visible_share[:, block])
-        by_point += shadows.light_of_points(normal, block_of_suns(task.suns, block), threads)
-        rays += shadows.ray_count
+        looked, part = look_at_block(context, task, block, task.progress.report_rays), block_of_suns(task.suns, block)
+        for shadows, share in zip(looked, visible, strict=True):
+            average_surfaces(to_surface, shadows.visible_share, threads, out=share[:, block])
+        sums += [shadows.light_of_points(normal, part, threads) for shadows in looked]
+        rays += looked[0].ray_count
         task.progress.end()
-    return sum_suns(context, traced, task.watch, by_point, block_of_suns(task.suns, slice(None))), visible_share, rays
+    every = block_of_suns(task.suns, slice(None))
+    light = [sum_suns(context, one, task.watch, by_point, every) for one, by_point in zip(traced, sums, strict=True)]
+    return list(zip(light, visible, strict=True)), rays
 
 
-def scale_reflected(found, annual, light, folder):
+def scale_reflected(context, state, annual, light, folder):
     """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
     all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
-    context, matrix = found.context, found.transfer.direct_reflected
+    matrix = state.transfer.direct_reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
-    reflected = context.patch_to_surface @ (reflected - annual.lit_ground * found.traced.far_ground.mean(axis=1))
-    known = matrix @ found.transfer.suns.weight.astype(np.float32)
+    reflected = context.patch_to_surface @ (reflected - annual.lit_ground * state.traced.far_ground.mean(axis=1))
+    known = matrix @ state.transfer.suns.weight.astype(np.float32)
     factor = np.maximum(np.divide(reflected, known, out=np.ones(len(known)), where=known > 0), 0).astype(np.float32)
     scaled = keep_matrix(matrix.shape, folder)
     for rows, values in row_blocks(matrix):
@@ -189,17 +189,21 @@ def scale_reflected(found, annual, light, folder):
     return scaled
 
 
-def with_round(found, more):
-    """TracedCity with a round; its visible shares are overwritten."""
-    total, size, counted = found.transfer, more.part.size, more.part.counted
-    weight = size / (total.record.rounds + size)
+def with_round(context, state, more, part, work):
+    """TracedState with the Further light of a Round, whose rays and seconds are `work`, fields of TraceRecord.
+
+    Its visible shares are overwritten.
+    """
+    total = state.transfer
+    record, weight = replace(total.record, rounds=part.size, **work), part.size / (total.record.rounds + part.size)
     everywhere = np.full(len(total.surfaces), weight)
-    add_columns(total.visible_share, more.visible_share, everywhere if counted is None else weight * counted)
+    add_columns(total.visible_share, more.visible_share, everywhere if part.counted is None else weight * part.counted)
     record = replace(
-        merge_records(total.record, more.record, weight),
+        merge_records(total.record, record, weight),
         **shares_of_record(more.lights),
         degrees_of_freedom=total.record.degrees_of_freedom,
     )
-    light = light_of_surfaces(found.context, found.traced, more.lights, more.annual)
+    light = light_of_surfaces(context, state.traced, more.lights, more.annual)
     transfer = replace(total, **light, direct_reflected=more.reflected, record=record)
-    return replace(found, transfer=transfer, lights=more.lights, direct=replace(found.direct, annual=more.annual))
+    direct = replace(state.direct, annual=more.annual)
+    return replace(state, lights=more.lights, direct=direct, transfer=transfer)

@@ -40,14 +40,14 @@ class SunTask:
     watch: SunWatch
     blocks: list  # of slice
     progress: SunProgress
-    looked: dict = field(default_factory=dict)  # start of a block -> its Shadows, traced but not solved yet
-    bits: np.ndarray | None = None  # (p, words, s) uint16, of Shadows for all suns looked at; None: not kept
+    looked: dict = field(default_factory=dict)  # start of a block -> list of Shadows, traced but not solved yet
+    bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
     known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
 
 
 def prepare_suns(context, traced, suns, known=None):
-    """What the suns are looked at from: SunTask; `known` as of `trace_all`."""
-    patches, plan = context.patches, context.plan
+    """What the suns are looked at from: SunTask; `traced` and `known` as of `trace_all`."""
+    patches, plan, (traced, *_) = context.patches, context.plan, traced
     watch = SunWatch(
         context.ray_scene,
         patches,
@@ -63,13 +63,17 @@ def prepare_suns(context, traced, suns, known=None):
     progress = SunProgress(context.progress, len(suns), int(context.reflections))
     task = SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
     if context.editable:
-        task.bits = np.zeros((len(patches), -(-context.points // WORD), len(suns)), np.uint16)
+        shape = context.ray_scene.states, len(patches), -(-context.points // WORD), len(suns)
+        task.bits = np.zeros(shape, np.uint16)
     task.known = known and known.shadows(watch)
     return task
 
 
 def look_at_block(context, task, block, report):
-    """Which points see the suns of a block: Shadows; `report(share, rays)` is told of its rays."""
+    """Which points see the suns of a block: list of Shadows, in each state of trees.
+
+    `report(share, rays)` is told of its rays.
+    """
     if block.start in task.looked:
         return task.looked.pop(block.start)
     part = block_of_suns(task.suns, block)
@@ -77,14 +81,17 @@ def look_at_block(context, task, block, report):
     few = SunBlock(part.directions[lit], part.weights[lit])
     known = task.known and task.known.of_suns(np.flatnonzero(lit) + block.start, few.directions)
     found = sun_visibility(task.watch, few, block.start, report, known=known)
-    found = found if lit.all() else found.among(lit)
+    found = found if lit.all() else [one.among(lit) for one in found]
     if task.bits is not None:
-        task.bits[:, :, block] = found.bits
+        for bits, one in zip(task.bits, found, strict=True):
+            bits[:, :, block] = one.bits
     return found
 
 
 def light_of_first_days(context, traced, task):
     """Light of the first days' suns in clear air, which are looked at for all that follows, and of no others.
+
+    Trees are in leaf.
 
     Returns
     -------
@@ -102,7 +109,7 @@ def light_of_first_days(context, traced, task):
     for block in task.blocks:
         if block.start < last:
             task.progress.rays_before = task.progress.rays
-            found = task.looked[block.start] = look_at_block(context, task, block, report)
+            found, *_ = task.looked[block.start] = look_at_block(context, task, block, report)
             directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
             height = np.maximum(directions[:, 2], 0)
@@ -115,13 +122,15 @@ def light_of_first_days(context, traced, task):
 
 
 def look_at_all(context, traced, task):
-    """Annual light of patches before any sun is solved: Annual. Suns are looked at for all that follows."""
-    by_point = np.zeros((len(context.patches), context.points), np.float32)
+    """Annual light of patches before any sun is solved: list of Annual. Suns are looked at for all that follows."""
+    sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     for block in task.blocks:
         context.progress(LOOKING, block.start, len(task.suns), "suns")
-        found = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
-        by_point += found.light_of_points(context.patches.normal, block_of_suns(task.suns, block), context.threads)
-    return sum_suns(context, traced, task.watch, by_point, block_of_suns(task.suns, slice(None)))
+        looked = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
+        part = block_of_suns(task.suns, block)
+        sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
+    suns = block_of_suns(task.suns, slice(None))
+    return [sum_suns(context, one, task.watch, by_point, suns) for one, by_point in zip(traced, sums, strict=True)]
 
 
 def first_reflections(context, traced, shadows, directions):
@@ -131,60 +140,81 @@ def first_reflections(context, traced, shadows, directions):
     return multiply_visible(traced.form_factors, seen_by, (directions, shadows.bits), context.threads)
 
 
-def solve_suns(context, traced, task, *, folder=None, specular=None):
+def solve_suns(context, traced, task, hooks, *, folder=None):
     """Visible share and reflected irradiance of the surfaces for every sun, in blocks of suns.
 
-    If the task is cancelled, the blocks that are finished are kept.
+    If the task is cancelled, the blocks that are finished in all states are kept.
 
     Parameters
     ----------
     context : GatherContext
-    traced : Traced
+    traced : list of Traced
+        In each state of trees.
     task : SunTask
+    hooks : list of SpecularLight
+        Light by way of mirrors, glossy faces and glass, likewise, or None.
     folder : path-like, optional
         As in `keep_matrix`.
-    specular : SpecularLight, optional
-        Light by way of mirrors, glossy faces and glass.
 
     Returns
     -------
-    SunLight
+    list of SunLight
 
     Raises
     ------
     CancelledError
         Before any usable set of suns was finished.
     """
-    suns, by_point = task.suns, np.zeros((len(context.patches), context.points), np.float32)
+    suns, progress, done = task.suns, task.progress, []
+    sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     shape = context.patch_to_surface.shape[0], len(suns)
-    found = SunLight(keep_matrix(shape, folder), keep_matrix(shape, folder), len(suns))
-    task.progress.bounces, done = context.bounces, []
+    found = [SunLight(keep_matrix(shape, folder), keep_matrix(shape, folder), len(suns)) for _ in traced]
+    progress.bounces = len(traced) * context.bounces
     try:
         for block in task.blocks:
-            by_point += solve_block(context, traced, task, block, found=found, specular=specular)
+            progress.begin(block)
+            looked, added = look_at_block(context, task, block, progress.report_rays), []
+            for state, shadows in enumerate(looked):
+                progress.bounces_before = state * context.bounces
+                hook, light = hooks[state], found[state]
+                added.append(solve_block(context, traced[state], shadows, task, block, specular=hook, found=light))
+            part = block_of_suns(suns, block)
+            sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
+            for light, weighted in zip(found, added, strict=True):
+                light.specular = light.specular + weighted
+            found[0].ray_count += looked[0].ray_count
             done.append(block)
-            task.progress.end()
+            progress.end()
     except CancelledError:
-        found.kept = count_kept(suns, done)
-        if not found.kept or task.known:  # an edit is traced to its end or not at all
+        kept = count_kept(suns, done)
+        if not kept or task.known:  # an edit is traced to its end or not at all
             raise
-        found.visible_share, found.reflected = (
-            keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
-        )
+        for light in found:
+            light.kept = kept
+            light.visible_share, light.reflected = (
+                keep_columns(matrix, kept) for matrix in (light.visible_share, light.reflected)
+            )
     directions, weights = block_of_suns(suns, slice(done[-1].stop if done else 0))
-    if found.kept < len(suns):  # the sums contain only these suns
+    if found[0].kept < len(suns):  # the sums contain only these suns
         whole = weights.sum() or np.float32(np.nan)
-        by_point, weights, found.specular = by_point / whole, weights / whole, found.specular / whole
-    found.annual = sum_suns(context, traced, task.watch, by_point, SunBlock(directions, weights))
+        sums, weights = sums / whole, weights / whole
+        for light in found:
+            light.specular = light.specular / whole
+    for light, one, by_point in zip(found, traced, sums, strict=True):
+        light.annual = sum_suns(context, one, task.watch, by_point, SunBlock(directions, weights))
     return found
 
 
-def solve_block(context, traced, task, block, *, found, specular):
-    """Trace one block of suns, a slice, and write it to SunLight: light of points, (p, m) float32, summed over them."""
+def solve_block(context, traced, shadows, task, block, *, specular, found):
+    """Solve one block of suns, a slice, in one state of trees, and write it to its SunLight.
+
+    Returns
+    -------
+    (r, n) float64 or float
+        Weighted sum over these suns of light by way of mirrors, glossy faces and glass.
+    """
     part, to_surface, threads = block_of_suns(task.suns, block), context.patch_to_surface, context.threads
-    task.progress.begin(block)
-    shadows = look_at_block(context, task, block, task.progress.report_rays)
-    by_point = shadows.light_of_points(context.patches.normal, part, threads)
+    weighted = 0.0
     if context.bounces:
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
@@ -192,7 +222,6 @@ def solve_block(context, traced, task, block, *, found, specular):
         if far_first is not None:
             work_in_slices(lambda rows: np.add(once[rows], far_first[rows], out=once[rows]), len(once), threads)
         reflected = sum_reflections(exchange_of(context, traced), once, context.bounces, task.progress.report_bounce)
-        # No report from here on, and so no interruption: a block is kept as a whole or not at all.
         if far_first is not None:  # its first reflection is known exactly for every hour
 
             def subtract(rows):
@@ -206,7 +235,5 @@ def solve_block(context, traced, task, block, *, found, specular):
             radiosity *= radiosity_factor(context.patches, traced.covered_share)[:, None]
             values, weighted = specular.of_suns(part, block.start, radiosity)
             found.reflected[:, block] += values
-            found.specular = found.specular + weighted
     average_surfaces(to_surface, shadows.visible_share, threads, out=found.visible_share[:, block])
-    found.ray_count += shadows.ray_count
-    return by_point
+    return weighted

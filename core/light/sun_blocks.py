@@ -72,12 +72,12 @@ class SunProgress:
     count : int
         Number of all suns.
     bounces : int
-        Number of bounces of each block, after its rays.
+        Number of bounces of each block, after its rays: in all states of trees together.
     """
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
-        self.rays_before = self.rays = 0
+        self.rays_before = self.rays = self.bounces_before = 0
         self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
@@ -93,9 +93,10 @@ class SunProgress:
         self._report(share * self.part)
 
     def report_bounce(self, bounce):
-        """Report the number of bounces done, except after the last one: the task must not be cancelled before `end`."""
-        if bounce < self.bounces:
-            self._report(self.part + (1 - self.part) * bounce / self.bounces)
+        """Report the bounces done in a state, but not the last of all: nothing is cancelled between it and `end`."""
+        done = self.bounces_before + bounce
+        if done < self.bounces:
+            self._report(self.part + (1 - self.part) * done / self.bounces)
 
     def end(self):
         """Report that the block is finished and kept."""

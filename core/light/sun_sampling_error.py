@@ -59,8 +59,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     patches = prepared.patches
     chosen = draw_patches(prepared.scene, patches.area, request.seed, count)
     few = take_patches(patches, chosen)
-    known = prepared.canopy is None and prepared.plan.ray_scene
-    ray_scene = known or LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
+    ray_scene = prepared.plan.ray_scene or LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
     found = []
     for suns in ways:
         if len(few):
@@ -78,7 +77,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         def report(share, rays, way=suns.sampling):
             progress(f"error check, {way}", rays, rays / share, "rays")
 
-        light = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
+        light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         found.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
     return found
 

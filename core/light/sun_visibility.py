@@ -129,12 +129,13 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         Number of suns before this block.
     report : callable
         Called with the share of patches done and the number of rays traced.
-    known : tuple of (p, words, s) uint16 and (p, s) bool, optional
+    known : tuple of (states, p, words, s) uint16 and (p, s) bool, optional
         `bits` of a city before an edit, overwritten; and which of these suns patches are to look at again.
 
     Returns
     -------
-    Shadows
+    list of Shadows
+        In each state of trees, by the same rays.
 
     Raises
     ------
@@ -148,21 +149,16 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         elements = watch.elements or count_elements(m)
         watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
     turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
-    bits, asked = known or (np.zeros((len(patches), -(-m // WORD), len(directions)), np.uint16), None)
+    shape = watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)
+    bits, asked = known or (np.zeros(shape, np.uint16), None)
     looking = watch.traced if asked is None else watch.traced & asked.any(axis=1)
-    found = Shadows(
-        bits=bits,
-        points=watch.points,
-        turns=turns,
-        weight=(turns / m).astype(np.float32),
-        ray_count=0,
-    )
+    weight, ray_count = (turns / m).astype(np.float32), 0
     # Where nothing stands in front every sun is visible, from the open part of the patch.
     free = np.flatnonzero(watch.unobstructed)
     open_share = 1 - watch.covered[free].mean(axis=1, dtype=np.float32)
     aoi_projection = projection_in_front(patches.normal[free], directions)
-    found.bits[free] = np.where(aoi_projection > 0, (1 << min(m, WORD)) - 1, 0)[:, None]
-    found.weight[free] *= open_share
+    bits[:, free] = np.where(aoi_projection > 0, (1 << min(m, WORD)) - 1, 0)[:, None]
+    weight[free] *= open_share
     step = max(1, min(POINTS_PER_TASK // m, -(-int(looking.sum()) // watch.threads)))
     tasks = []
     for many in np.unique(turns[looking]):
@@ -177,11 +173,11 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         return trace_in_turns(watch, chosen, in_turns, bits, None if asked is None else asked[chosen])
 
     done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
-    for (chosen, many), ray_count in zip(tasks, map_in_order(trace_some, tasks, watch.threads), strict=True):
-        found.ray_count += ray_count
+    for (chosen, many), sent in zip(tasks, map_in_order(trace_some, tasks, watch.threads), strict=True):
+        ray_count += sent
         done += len(chosen) / many
-        report(done / whole, found.ray_count)
-    return found
+        report(done / whole, ray_count)
+    return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
 
 
 def check_watch(watch, suns):
@@ -212,7 +208,7 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
     chosen : (c,) int
         The patches.
     suns : SunsInTurns
-    bits : (p, words, s) uint16
+    bits : (states, p, words, s) uint16
         Written: the rows of these patches.
     asked : (c, s) bool, optional
         Which suns each of them looks at; all if not given.
@@ -239,10 +235,11 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
         in_front = aoi_projection > 0
         wanted = np.ones(in_front.shape, bool) if watch.behind else in_front
         wanted = wanted if asked is None else wanted & asked[:, first::turns]
-        free = watch.ray_scene.trace_shadow_rays(places, wanted, directions[first::turns])
+        free = watch.ray_scene.trace_shadow_states(places, wanted, directions[first::turns])
         ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
         columns = np.arange(first, len(directions), turns)
-        set_bits(free, (opened, taken), (wanted & in_front, columns), chosen, bits)
+        for state, own in zip(free, bits, strict=True):
+            set_bits(state, (opened, taken), (wanted & in_front, columns), chosen, own)
     return ray_count
 
 

@@ -15,13 +15,13 @@ from ..city.scene import Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..effects.effect import TracePlan
 from ..effects.rays import fewer_rays
-from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
 from .form_factors import count_starts
 from .kept_matrix import area_means
+from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_rows
@@ -86,14 +86,11 @@ def prepare_gather(prepared, request, progress):
     others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0  # they reflect, but not by Lambert's law
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
-    threads = usable_threads(request.threads)
-    ray_scene = plan.ray_scene or FacingScene(scene, patches, threads)
-    ray_scene.canopy = plan.foliage and plan.foliage.canopy(prepared.bare, both=True)  # the same rays in both states
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
     return GatherContext(
-        ray_scene=ray_scene,
+        ray_scene=build_tree(prepared, request).plan.ray_scene,
         patches=patches,
-        threads=threads,
+        threads=usable_threads(request.threads),
         reflections=plan.reflections,
         elements=elements,
         starts=count_starts(len(patches), elements, request.samples),
@@ -114,15 +111,17 @@ def prepare_gather(prepared, request, progress):
 
 
 def trace_all(context, known=None):
-    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each: Traced.
+    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each.
 
+    The same in each state of trees: list of Traced.
     With `known`, of `edit_light.Known`, the rows that an edit of the city leaves as they are are not traced.
     """
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (
         -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
     )
-    sends, found = patches.receives & ~context.known, empty_traced(context)
+    sends = patches.receives & ~context.known
+    found = [empty_traced(context) for _ in range(context.ray_scene.states)]
     ground = plan.optional if plan.reflectors else np.zeros(len(patches), bool)
     full = sends & context.full & ~ground
     # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
@@ -130,33 +129,39 @@ def trace_all(context, known=None):
 
     def trace(chosen, count):
         nonlocal done
-        found.samples[chosen] = count
+        for one in found:
+            one.samples[chosen] = count
         left = chosen if known is None else chosen & ~known.put(found, chosen)
         done += count * int((chosen & ~left).sum())
-        for part in trace_rows(context, np.flatnonzero(left), count):
-            found.put(part)
-            done += count * (len(part.rows) + len(part.dark))
+        for parts in trace_rows(context, np.flatnonzero(left), count):
+            for one, part in zip(found, parts, strict=True):
+                one.put(part)
+            done += count * (len(parts[0].rows) + len(parts[0].dark))
             context.progress(STAGE, done, most, "rays")
 
     if most:
         context.progress(STAGE, 0, most, "rays")
     trace(full, every)
     if plan.receivers is not None and plan.reflections:
-        found.filled = measure_filled(found.form_factors, patches.area)
+        filled = [measure_filled(one.form_factors, patches.area) for one in found]
+        found[0].filled = np.maximum.reduce(filled)
     trace(sends & ~full & ~ground, fewer)
     if plan.reflectors:
-        seen = sends & ground & (hits_of_patches(found.form_factors) > 0)
+        seen = sends & ground & (sum(hits_of_patches(one.form_factors) for one in found) > 0)
         trace(seen, every if plan.receivers is None else fewer)
-        unseen, hits = sends & ground & ~seen, hits_of_patches(found.form_factors)
-        found.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
-        found.covered[unseen] = True  # nothing is asked of them: no shadow rays either
+        unseen = sends & ground & ~seen
+        for one in found:
+            hits = hits_of_patches(one.form_factors)
+            one.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
+            one.covered[unseen] = True  # nothing is asked of them: no shadow rays either
     if done < most:
         context.progress(STAGE, most, most, "rays")
-    fill_closed_forms(context, found)
-    if plan.reflections:
-        found.factor = element_factors(context, found)
-    if not context.keeps:
-        found.element_far_ground = found.open_share = None
+    for one in found:
+        fill_closed_forms(context, one)
+        if plan.reflections:
+            one.factor = element_factors(context, one)
+        if not context.keeps:
+            one.element_far_ground = one.open_share = None
     return found
 
 

@@ -5,17 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from ..city.canopy import forget_rays
 from ..effects.effect import Measured, judge_effects
 from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
-from ..settings.progress import CancelledError, Clock
+from ..settings.progress import Clock
 from ..sun.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply_elements
-from .kept_matrix import cover_of_surfaces, keep_columns
+from .kept_matrix import cover_of_surfaces
 from .measure_room import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_dome, solve_source
@@ -30,22 +29,34 @@ ONE_POINT = "of direct light: one shadow point per patch gives no variance estim
 
 
 @dataclass
-class TracedCity:
-    """What the rays and suns of a run met, and what follows from it."""
+class TracedState:
+    """What the rays and suns of a run met in one state of its trees, and what follows from it."""
 
-    prepared: PreparedScene
-    context: GatherContext
     traced: Traced
-    task: SunTask
     lights: dict  # of the sky, of each source by its name, and of all suns together: Light
     direct: SunLight
     transfer: Transfer
-    room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
 
     @property
     def of_surfaces(self):
         """Light under the sky, per DHI, and under all suns by their weights, per DNI: (n, 2) float64."""
         return np.column_stack([self.lights[name].mean for name in (SKY_DOME, SUNS)])
+
+
+@dataclass
+class TracedCity:
+    """What the rays and suns of a run met, and what follows from it."""
+
+    prepared: PreparedScene
+    context: GatherContext
+    task: SunTask
+    states: list  # of TracedState: in leaf and, where trees lose their leaves, bare
+    room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
+
+    @property
+    def transfer(self):
+        """Transfer in leaf, with the bare state as its `bare`."""
+        return join_seasons([one.transfer for one in self.states], self.prepared.plan.foliage)
 
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):
@@ -63,7 +74,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
     specular : callable, optional
-        `specular(context, hemisphere)` gives the light by way of mirrors, glossy faces and glass: `of_sky`,
+        `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and glass: `of_sky`,
         `of_source` and `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
 
     Returns
@@ -102,50 +113,53 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain), known), None
     if plan.reflections and not context.bounces:
-        context.bounces, left = choose_bounces(prepared, context, traced, task)
+        context.bounces, left = choose_bounces(prepared, context, traced[0], task)
         clock.lap("number of reflections")
-    hooks = specular and specular(context, traced)
-    lights = solve_skies(context, traced, hooks, clock)
+    hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
+    lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
     if known and known.preview:
-        lights[SUNS] = solve_annual(context, traced, look_at_all(context, traced, task))
-        known.preview(lights[SKY_DOME].mean, lights[SUNS].mean)
+        for one, light, annual in zip(traced, lights, look_at_all(context, traced, task), strict=True):
+            light[SUNS] = solve_annual(context, one, annual)
+            known.preview(light[SKY_DOME].mean, light[SUNS].mean)
         clock.lap("preview")
-    direct = solve_suns(context, traced, task, folder=folder, specular=hooks)
-    lights[SUNS] = lights.get(SUNS) or solve_annual(context, traced, direct.annual)
-    if hooks:
-        lights[SUNS].error.own = lights[SUNS].error.own + variance_of_mean(direct.specular.T)
+    direct = solve_suns(context, traced, task, hooks, folder=folder)
+    for one, light, hook, suns_light in zip(traced, lights, hooks, direct, strict=True):
+        light[SUNS] = light.get(SUNS) or solve_annual(context, one, suns_light.annual)
+        if hook:
+            light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
     lengths = list_clearances(request)
     how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
-    room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced.covered, **how)
+    room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced[0].covered, **how)
     clock.lap("room for modules")
     task.known = None
-    if traced.form_factors is not None:
-        traced.form_factors.links = None  # large
-    record = TraceRecord(
+    common = dict(
         request=request.as_dict(),
-        effects=judge_effects(plan, measure_outcome(context, traced, lights, left)),
         max_bounces=context.bounces,
         brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
         patches=len(context.patches),
         threads=context.threads,
         engine=ray_scene.engine,
-        hemisphere_rays=traced.ray_count[SKY_DOME],
-        source_rays={source.name: traced.ray_count[source.name] for source in plan.sources},
-        shadow_rays=direct.ray_count,
+        hemisphere_rays=traced[0].ray_count[SKY_DOME],
+        source_rays={source.name: traced[0].ray_count[source.name] for source in plan.sources},
+        shadow_rays=direct[0].ray_count,
         seconds=clock.seconds,
         processor_seconds=clock.processor_seconds,
         embree_thread_seconds=ray_scene.thread_seconds - traced_before,
-        **shares_of_record(lights),
         degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
-        interrupted=note_interruption(direct.kept, len(suns)),
-        standard_error_unknown=ONE_POINT if np.isnan(lights[SUNS].error.own).any() else None,
+        interrupted=note_interruption(direct[0].kept, len(suns)),
     )
-    found = TracedCity(prepared, context, traced, task, lights, direct, None, room)
-    transfer = make_transfer(found, suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept), record)
-    if not context.rounds:
-        direct.annual = replace(direct.annual, elements=None, spread=None)
-    return replace(found, transfer=transfer)
+    found = TracedCity(prepared, context, task, [], room)
+    suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
+    for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
+        state.transfer = make_transfer(found, state, suns, common, left)
+        found.states.append(state)
+        if state.traced.form_factors is not None:
+            state.traced.form_factors.links = None  # large
+        if not context.rounds:
+            state.direct.annual = replace(state.direct.annual, elements=None, spread=None)
+        common |= {"seconds": {}, "processor_seconds": {}}  # those of the first are of all states
+    return found
 
 
 def solve_skies(context, traced, hooks, clock):
@@ -163,9 +177,31 @@ def solve_skies(context, traced, hooks, clock):
     return lights
 
 
-def make_transfer(found, suns, record):
-    """Transfer of a TracedCity that has none yet, under the suns that were kept."""
-    context, traced, direct, scene = found.context, found.traced, found.direct, found.prepared.scene
+def make_transfer(found, state, suns, common, left):
+    """Transfer of a TracedState of a TracedCity.
+
+    Parameters
+    ----------
+    found : TracedCity
+    state : TracedState
+    suns : Suns
+        Those that were kept.
+    common : dict
+        Fields of TraceRecord that hold for all states.
+    left : float or None
+        Share of light that further reflections would bring, where it is known.
+
+    Returns
+    -------
+    Transfer
+    """
+    context, traced, direct, scene = found.context, state.traced, state.direct, found.prepared.scene
+    record = TraceRecord(
+        **common,
+        effects=judge_effects(context.plan, measure_outcome(context, traced, state.lights, left)),
+        standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
+        **shares_of_record(state.lights),
+    )
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
@@ -177,7 +213,7 @@ def make_transfer(found, suns, record):
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         terrain=context.plan.terrain,
-        **light_of_surfaces(context, traced, found.lights, direct.annual),
+        **light_of_surfaces(context, traced, state.lights, direct.annual),
         record=record,
         **materials_of_surfaces(scene, found.prepared.materials),
     )
@@ -191,7 +227,7 @@ def light_of_surfaces(context, traced, lights, annual):
     context : GatherContext
     traced : Traced
     lights : dict of Light
-        As of `TracedCity`.
+        As of `TracedState`.
     annual : Annual
     """
     sky, suns, to_surface = lights[SKY_DOME], lights[SUNS], context.patch_to_surface
@@ -268,40 +304,7 @@ def measure_outcome(context, traced, lights, left):
     )
 
 
-def trace_seasons(trace, prepared):
-    """Transfer of a scene; with deciduous trees that in leaf, with the bare one as its `bare`.
-
-    Parameters
-    ----------
-    trace : callable
-        `trace(prepared)` gives the Transfer of one state, by either estimator.
-    prepared : PreparedScene
-
-    Raises
-    ------
-    CancelledError
-        It was cancelled before the suns of the second state: one alone does not stand for the year.
-    """
-    transfer, foliage = trace(prepared), prepared.plan.foliage
-    if foliage is None or not foliage.seasonal:
-        return transfer
-    if transfer.record.interrupted:
-        raise CancelledError
-    bare = trace(replace(prepared, bare=True))
-    forget_rays(foliage.kept)
-    return join_seasons(transfer, bare, prepared.plan)
-
-
-def join_seasons(transfer, bare, plan):
-    """Transfer in leaf with the bare one as its `bare`, under the suns of both; where that is None, itself."""
-    if bare is None:
-        return transfer
-    if bare.record.interrupted:
-        transfer = replace(
-            transfer,
-            suns=bare.suns,
-            visible_share=keep_columns(transfer.visible_share, len(bare.suns)),
-            direct_reflected=keep_columns(transfer.direct_reflected, len(bare.suns)),
-            record=replace(transfer.record, interrupted=bare.record.interrupted),
-        )
-    return replace(transfer, bare=bare, leaf_months=plan.foliage.months)
+def join_seasons(transfers, foliage):
+    """Transfer in leaf with the bare one as its `bare`, or that of the one state there is."""
+    leaf, *bare = transfers
+    return replace(leaf, bare=bare[0], leaf_months=foliage.months) if bare else leaf

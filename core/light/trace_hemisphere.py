@@ -65,7 +65,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {HEMISPHERE_REPLICATES}")
     city = RayCity(ray_scene=ray_scene, patches=patches, threads=threads, reflections=reflections)
     found, rows, done = empty_traced(city), np.flatnonzero(traced), 0
-    for part in trace_rows(city, rows, sample_count):
+    for part, *_ in trace_rows(city, rows, sample_count):
         found.put(part)
         done += sample_count * (len(part.rows) + len(part.dark))
         progress("sky and reflections", done, len(rows) * sample_count, "rays")
@@ -85,8 +85,8 @@ def trace_rows(city, rows, samples):
 
     Yields
     ------
-    RowLight
-        Of the next patches, in their order.
+    list of RowLight
+        Of the next patches, in their order: in each state of trees, by the same rays.
     """
     sequence, step = sobol_digits(samples // HEMISPHERE_REPLICATES), max(1, RAYS_PER_TASK // samples)
 
@@ -103,25 +103,27 @@ def trace_rows(city, rows, samples):
 
 
 def trace_part(city, chosen, covered, sequence):
-    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: RowLight.
+    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: list of RowLight.
 
-    `covered` are their cells, (m, CELL_DIVISIONS²) bool.
+    One for each state of trees. `covered` are their cells, (m, CELL_DIVISIONS²) bool.
     """
     patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
-    hits, fate = follow_rays(city, covered, (origins, directions, start_cells))
-    hide_sky(city, directions, fate)
-    within = np.flatnonzero(covered.any(axis=1))
-    first, *others = tally_rays(fate, start_cells, cells_near_cover(covered, within), city.elements)
-    found = RowLight(rows, covered, lost, {SKY_DOME: first}, *others, hits=None, ray_count={SKY_DOME: fate.size})
-    for source in city.sources:
-        found.first[source.name], found.ray_count[source.name] = look_at_source(city, source, rows, covered, sequence)
-    if city.reflections:
-        cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements)))
-        start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
-        met = hits.triangle.reshape(fate.shape), fate == FRONT
-        found.hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
+    hits, fates = follow_rays(city, covered, (origins, directions, start_cells))
+    near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
+    sources = {one.name: look_at_source(city, one, rows, covered, sequence) for one in city.sources}
+    ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
+    cell_of, found = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
+    start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
+    for state, fate in enumerate(fates):
+        hide_sky(city, directions, fate)
+        sky, *others = tally_rays(fate, start_cells, near_cover, city.elements)
+        first = {SKY_DOME: sky} | {name: lights[state] for name, (lights, _) in sources.items()}
+        found.append(RowLight(rows, covered, lost, first, *others, hits=None, ray_count=ray_count))
+        if city.reflections:
+            met = hits.triangle.reshape(fate.shape), fate == FRONT
+            found[-1].hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
     return found
 
 
@@ -138,7 +140,8 @@ def follow_rays(city, covered, rays):
     Returns
     -------
     hits : HitPlaces
-    fate : (c, rays) uint8
+    fates : (states, c, rays) uint8
+        In each state of trees.
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
@@ -148,14 +151,14 @@ def follow_rays(city, covered, rays):
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
-    if ray_scene.canopy is not None:
-        # Each replicate has random numbers of its own.
-        shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
-        places = HitPlaces(*(part.reshape(shape) for part in hits))
-        wanted = fate.reshape(shape) <= FRONT
-        sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
-        fate[stop_in_crowns(ray_scene, patches, sent, places, wanted).reshape(fate.shape)] = LEAVES
-    return hits, fate
+    if ray_scene.canopy is None:
+        return hits, fate[None]
+    # Each replicate has random numbers of its own.
+    shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
+    places = HitPlaces(*(part.reshape(shape) for part in hits))
+    sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
+    stopped = stop_in_crowns(ray_scene, patches, sent, places, fate.reshape(shape) <= FRONT)
+    return hits, np.where(stopped.reshape(-1, *fate.shape), np.uint8(LEAVES), fate)
 
 
 def hide_sky(city, directions, fate):
@@ -180,23 +183,25 @@ def look_at_source(city, source, rows, covered, sequence):
 
     Returns
     -------
-    FirstLight
-        In the unit of `Traced.first`.
+    list of FirstLight
+        In each state of trees, in the unit of `Traced.first`.
     ray_count : int
     """
     unshaded = source.unshaded(city.patches.normal[rows]).astype(np.float32)
-    found, facing = no_light(len(rows), city.elements), np.flatnonzero(unshaded > LEAST)
+    facing = np.flatnonzero(unshaded > LEAST)
+    found = [no_light(len(rows), city.elements) for _ in range(city.ray_scene.states)]
     if not len(facing):
         return found, 0
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
-    fate = follow_rays(city, covered, rays)[1]
-    fate[fate == FAR_GROUND] = SKY  # at the very horizon
-    hide_sky(city, rays[1], fate)
-    near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
-    (first, *_), scale = tally_rays(fate, rays[2], near_cover, city.elements), unshaded[facing, None]
-    found.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
-    return found, fate.size
+    near_cover, scale = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))), unshaded[facing, None]
+    fates = follow_rays(city, covered, rays)[1]
+    fates[fates == FAR_GROUND] = SKY  # at the very horizon
+    for light, fate in zip(found, fates, strict=True):
+        hide_sky(city, rays[1], fate)
+        first, *_ = tally_rays(fate, rays[2], near_cover, city.elements)
+        light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
+    return found, fates[0].size
 
 
 def source_rays(patches, source, chosen, sequence, *, share):

@@ -66,14 +66,14 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
 
     Returns
     -------
-    (c, r) bool
+    (states, c, r) bool
     """
-    stopped = np.zeros(wanted.shape, bool)
+    stopped = np.zeros((ray_scene.canopy.states, *wanted.shape), bool)
     rows = np.flatnonzero(wanted.any(axis=1))
     if len(rows):
         origins, directions = (part[rows] for part in rays)
         reach = measure_reach(patches, origins, directions, places.take(rows))
-        stopped[rows] = ray_scene.canopy.stop_rays(origins, directions, reach) & wanted[rows]
+        stopped[:, rows] = ray_scene.canopy.stop_rays(origins, directions, reach) & wanted[rows]
     return stopped
 
 

@@ -54,6 +54,7 @@ class Target:
     surface_count: int
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
     brdfs: TriangleBrdfs  # of the patches
+    state: int = 0  # of trees: 0 in leaf, 1 bare
 
     @cached_property
     def area(self):
@@ -169,8 +170,7 @@ def meet_fronts(target, photons, tally, source=None):
     if source is not None and source.rising:
         # The ground has no thickness: photons rising from below it may hit walls that extend below ground.
         covered = ~missed & ~back & ~closure & target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)]
-    ends = (("escaped", missed), ("on_backs", back), ("closure", closure), ("covered", covered))
-    for name, chosen in ends:
+    for name, chosen in (("escaped", missed), ("on_backs", back), ("closure", closure), ("covered", covered)):
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closure | covered)
     return photons.take(lit), places.take(lit)
@@ -181,7 +181,8 @@ def end_in_crowns(target, origins, directions, places):
     if target.ray_scene.canopy is None:
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
-    return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
+    stopped = stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)
+    return stopped[target.state, :, 0]
 
 
 def slip_past_edges(target, places, directions, front):
@@ -210,8 +211,7 @@ def slip_past_edges(target, places, directions, front):
     near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
     slipped = np.zeros(len(hit), bool)
     if len(near):
-        level = np.zeros((3, len(near)))
-        origins, _ = leave_patches(target.patches, places.take(near), level)
+        origins, _ = leave_patches(target.patches, places.take(near), np.zeros((3, len(near))))
         slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
     return slipped
 
@@ -304,7 +304,7 @@ def leave_patches(patches, places, local):
     edges, tangents, normal = patches.edges[hit], patches.tangents[hit], patches.normal[hit]
     origins = patches.corner[hit] + patches.offset[hit, None] * normal
     origins += b1[:, None] * edges[:, 0] + b2[:, None] * edges[:, 1]
-    x, y, z = (np.asarray(part, np.float32)[:, None] for part in local)
+    x, y, z = np.asarray(local, np.float32)[:, :, None]
     return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal
 
 

@@ -60,7 +60,7 @@ class SpecularLight:
     of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
 
 
-def trace_specular(prepared, context, traced):
+def trace_specular(prepared, context, traced, state=0):
     """Specular light of a scene, for `trace_gather`.
 
     Parameters
@@ -68,6 +68,8 @@ def trace_specular(prepared, context, traced):
     prepared : PreparedScene
     context : GatherContext
     traced : Traced
+    state : int
+        Of the trees: 0 in leaf, 1 bare.
 
     Returns
     -------
@@ -75,7 +77,7 @@ def trace_specular(prepared, context, traced):
     """
     patches, brdfs, count = context.patches, context.plan.brdfs, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
-    target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs)
+    target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs, state)
     faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     task = SpecularPass(context, target, faces)
     around = trace_surroundings(task)

@@ -17,10 +17,9 @@ from ..effects.rays import count_surely
 from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.measure_cover import find_cover
 from ..light.measure_room import average_room, list_clearances, measure_room_of_patches
-from ..light.prepare_scene import check_tracing, prepare_scene
+from ..light.prepare_scene import build_tree, check_tracing, prepare_scene
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
-from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
@@ -47,7 +46,7 @@ class Direct:
     tally: Tally = field(default_factory=Tally)
 
 
-def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None):
+def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None, state=0):
     """Trace a scene with photons.
 
     Parameters
@@ -62,6 +61,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         Where matrices of surfaces × suns lie that are too large for the memory.
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
+    state : int
+        Of the trees: 0 in leaf, 1 bare.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
-    run, covered_share = prepare_run(prepared, request, progress)
+    run, covered_share = prepare_run(prepared, request, progress, state)
     run.begin(run.stage, 1 + plan.far_ground * (1 + (plan.terrain is not None)) + len(plan.sources))
     clock.lap("plan, tree and cover")
 
@@ -163,8 +164,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
 SOURCES = ("sky", "far ground", "suns")  # beside the traced parts of the sky
 
 
-def prepare_run(prepared, request, progress):
-    """What photons fall on, and the covered share of each patch.
+def prepare_run(prepared, request, progress, state):
+    """What photons fall on in a state of the trees, and the covered share of each patch.
 
     Returns
     -------
@@ -172,13 +173,13 @@ def prepare_run(prepared, request, progress):
     covered_share : (p,) float32
     """
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
-    ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
-    ray_scene.canopy = prepared.canopy
+    ray_scene = build_tree(prepared, request).plan.ray_scene
     covered = find_cover(ray_scene, patches, patches.receives, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
     per_replicate = -(-request.samples * int(patches.receives.sum()) // PHOTON_REPLICATES)
-    target = Target(ray_scene, patches, surface, count, covered, brdfs_of_triangles(scene, request, prepared.materials))
+    brdfs = brdfs_of_triangles(scene, request, prepared.materials)
+    target = Target(ray_scene, patches, surface, count, covered, brdfs, state)
     box = box_of_scene(scene, ray_scene.canopy)
     return Run(target, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 

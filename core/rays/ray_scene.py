@@ -46,6 +46,11 @@ class RayScene:
         if self.triangle_count:
             self._tree = TREES[self.engine](vertices.astype(np.float32), triangles.astype(np.int32))
 
+    @property
+    def states(self):
+        """States of trees: in leaf and bare where some lose their leaves, else one."""
+        return self.canopy.states if self.canopy else 1
+
     def trace_closest(self, ray_origins, ray_directions):
         """First triangle hit by each ray.
 
@@ -128,6 +133,10 @@ class RayScene:
             return np.repeat(wanted[:, :, None], position.shape[1], axis=2)
         with self._timed():
             return self._tree.trace_shadow_rays(position, wanted, directions)
+
+    def trace_shadow_states(self, position, wanted, directions):
+        """The same in each state of trees: (states, c, s, m) bool."""
+        return self.trace_shadow_rays(position, wanted, directions)[None]
 
     def note(self, patches, owner, rays, places):
         """Add rays to the trail, if there is one; parameters as of `Trail.note`."""

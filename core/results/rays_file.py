@@ -32,7 +32,7 @@ from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays 3"
+NAME, FORMAT = "rays.nc", "CityPV rays 4"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
 TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
@@ -52,7 +52,7 @@ class KeptRays:
     request: Request  # its files lie in a temporary folder
     names: dict  # of these settings: the files that were given
     decisions: Decisions
-    states: list  # of dict, of `keep_state`: in leaf, and bare where trees are deciduous
+    traced: dict  # of `keep_traced`
     trail: Trail
 
 
@@ -88,13 +88,13 @@ def write_rays(path, base, city, names=None):
     told = request.as_dict() | dict.fromkeys(FILES) | {"site_of": None}
     content = {
         "city": city,
-        "scene": base.leaf.prepared.scene,
+        "scene": base.scene,
         "request": told,
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
         "trail": base.trail,
-        "states": [keep_state(one) for one in (base.leaf, base.bare) if one is not None],
+        "traced": keep_traced(base.city),
     }
     arrays, found = [], {}
     tree = encode(content, arrays)
@@ -108,16 +108,17 @@ def write_rays(path, base, city, names=None):
         write_variables(file, found)
 
 
-def keep_state(state):
-    """What edits of a city need of a TracedCity: dict with `traced`, `bits`, `lights` and `direct`."""
-
-    return {
-        "traced": state.traced,
-        "bits": state.task.bits,
-        "room": state.room,
-        "lights": state.lights,
-        "direct": replace(state.direct, visible_share=None, reflected=None, specular=0.0),
-    }
+def keep_traced(city):
+    """What edits need of a TracedCity: dict as of `restore_editable`."""
+    states = [
+        {
+            "traced": one.traced,
+            "lights": one.lights,
+            "direct": replace(one.direct, visible_share=None, reflected=None, specular=0.0),
+        }
+        for one in city.states
+    ]
+    return {"bits": city.task.bits, "room": city.room, "states": states}
 
 
 def read_rays(folder):
@@ -146,7 +147,7 @@ def read_rays(folder):
         raise InputError(path, f"cannot be read ({error})", CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
     request = Request(**found["request"])
-    known = {name: found[name] for name in ("city", "scene", "names", "decisions", "states", "trail")}
+    known = {name: found[name] for name in ("city", "scene", "names", "decisions", "traced", "trail")}
     kept = KeptRays(request=request, **known)
     weakref.finalize(kept, remove_files, place)
     for name, (file_name, data) in found["files"].items():

@@ -69,7 +69,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             base = session.base
             imported, city = seen.make()
 
-            scene = stand_city(city, base.request, like=base.leaf.prepared.scene)
+            scene = stand_city(city, base.request, like=base.scene)
 
             def preview(*light):
                 if session.energy is not None and found.empty():
@@ -152,8 +152,8 @@ def estimate_hours(session, scene, light):
     (n,) float64 [h]
         NaN for surfaces that carry no modules.
     """
-    leaf, hours = session.base.leaf, np.array(session.energy.full_load_hours)
-    before, known = leaf.of_surfaces, np.isfinite(hours)
+    hours = np.array(session.energy.full_load_hours)
+    before, known = session.base.city.states[0].of_surfaces, np.isfinite(hours)
     worth = np.linalg.lstsq(before[known], hours[known], rcond=None)[0]
     row = {name: place for place, name in enumerate(session.transfer.surfaces.surface_id)}
     rows = np.array([row.get(name, -1) for name in scene.surfaces.surface_id])

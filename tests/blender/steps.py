@@ -56,7 +56,7 @@ def trace_anew(session):
     """The city of a session in a full run, at the same place and with the same decisions."""
     base = session.base
     request = base.request
-    scene = stand_city(session.city, request, like=base.leaf.prepared.scene)
+    scene = stand_city(session.city, request, like=base.scene)
     return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
 
 

@@ -107,7 +107,7 @@ def test_what_the_neighbours_lose_is_the_difference_of_two_full_runs(addon, city
     request = replace(session.base.request, seed=7, samples=256, shadow_samples=32)
     energies = []
     for city in (session.imported, session.city):
-        scene = stand_city(city, request, like=session.base.leaf.prepared.scene)
+        scene = stand_city(city, request, like=session.base.scene)
         transfer = trace_scene(scene, session.weather, request)
         energy = compute_energy(transfer, session.weather, request)
         kwp = kwp_of_hours(np.asarray(scene.surfaces.area), energy, build_system(request))

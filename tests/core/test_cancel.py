@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scenes import suns_towards
 from test_tracing import three_houses
+from test_trees import wall_and_tree
 from transfers import Horizons
 from weathers import ERA5, HOUR, year_of
 
@@ -102,9 +103,24 @@ def test_before_the_suns_there_is_nothing_to_keep(estimator, stage):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_progress_of_suns_grows_to_the_end():
-    told = []
-    trace("gather", suns_of("hourly", days=12), lambda *report: told.append(report) if report[0] == "suns" else None)
+def test_both_states_of_trees_keep_the_same_suns():
+    suns, request = suns_of("hourly", days=12), Request(samples=16, shadow_samples=4)
+    whole = trace_gather(wall_and_tree(), suns, request, silent)
+    part = trace_gather(wall_and_tree(), suns, request, cancel_at("suns", 0.5))
+    count = len(part.suns)
+    assert 0.2 * len(suns) < count < 0.6 * len(suns)
+    for state, full in ((part, whole), (part.bare, whole.bare)):
+        assert state.record.interrupted == {"suns_traced": count, "of": len(suns)}
+        for name in ("visible_share", "direct_reflected"):
+            np.testing.assert_array_equal(getattr(state, name), getattr(full, name)[:, :count])
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("scene", [three_houses, wall_and_tree])
+def test_progress_of_suns_grows_to_the_end(scene):
+    told, request = [], Request(samples=16, shadow_samples=4)
+    suns = suns_of("hourly", days=12)
+    trace_gather(scene(), suns, request, lambda *report: told.append(report) if report[0] == "suns" else None)
     assert told[0][1] == 0
     share = np.array([done / total for _, done, total, _ in told[1:]])
     assert len(share) > 12

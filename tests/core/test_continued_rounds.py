@@ -39,18 +39,18 @@ def whole_run(seed, times):
 
 
 def in_one_run(seed):
-    """TracedCity of one run with four times the samples."""
+    """TracedState of one run with four times the samples."""
     _, suns, prepared = prepared_as(seed)
-    return trace_light(prepared, suns, replace(REQUEST, seed=seed, samples=256, shadow_samples=16), silent)
+    return trace_light(prepared, suns, replace(REQUEST, seed=seed, samples=256, shadow_samples=16), silent).states[0]
 
 
 def in_rounds(seed, sizes, counted=None):
-    """TracedCity of several rounds."""
+    """TracedState of several rounds."""
     _, suns, prepared = prepared_as(seed)
-    states = [trace_light(prepared, suns, replace(REQUEST, seed=seed), silent)]
+    city = trace_light(prepared, suns, replace(REQUEST, seed=seed), silent)
     for size in sizes:
-        states = add_round(states, Round(size, counted), silent)
-    return states[0]
+        city = add_round(city, Round(size, counted), silent)
+    return city.states[0]
 
 
 def full_patches():

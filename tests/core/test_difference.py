@@ -46,7 +46,9 @@ def test_the_error_of_a_difference_is_the_same_both_ways():
     edited = trace_edit(base, edit_city(city, Change(raised={"b3": 9.0})))
     weather, errors = read_year(scene.site, request), []
     record = replace(base.transfer.record, sun_sampling={"bias": 1.0, "rms": 2.0})
-    knows = replace(base, leaf=replace(base.leaf, transfer=replace(base.leaf.transfer, record=record)))
+    leaf = base.city.states[0]
+    states = [replace(leaf, transfer=replace(leaf.transfer, record=record))]
+    knows = replace(base, city=replace(base.city, states=states))
     for pair in ((knows, edited), (edited, knows)):
         found, _ = errors_of_difference(*pair)
         errors.append(compute_energy(found, weather, request).full_load_hours_standard_error)

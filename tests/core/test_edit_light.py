@@ -134,9 +134,9 @@ def draw_change(city, generator):
     ][generator.integers(5)]
 
 
-def hits_of(city):
-    """Keys of each patch's hits: dict."""
-    parts = city.traced.form_factors.rows
+def hits_of(state):
+    """Keys of each patch's hits in a TracedState: dict."""
+    parts = state.traced.form_factors.rows
     return {
         int(patch): rows.key[start:stop]
         for rows in parts
@@ -144,24 +144,25 @@ def hits_of(city):
     }
 
 
-def differ_in_hits(*cities):
-    """Patches whose rays hit something else in two cities: (p,) bool."""
-    one, other = map(hits_of, cities)
-    count = len(cities[0].traced.samples)
+def differ_in_hits(*states):
+    """Patches whose rays hit something else in two TracedStates: (p,) bool."""
+    one, other = map(hits_of, states)
+    count = len(states[0].traced.samples)
     return np.array([not np.array_equal(one.get(patch), other.get(patch)) for patch in range(count)])
 
 
-def rays_apart(before, edited, full):
+def rays_apart(before, edited, full, state):
     """Number of rays of two runs of a city that end at different triangles, each of them in the same place.
 
     That is on an edge that two triangles share, or where faces of two houses coincide.
     """
-    one, other = hits_of(edited), hits_of(full)
+    states = edited.states[state], full.states[state]
+    one, other = map(hits_of, states)
     apart = 0
-    for patch in set(np.flatnonzero(differ_in_hits(edited, full))) & one.keys() & other.keys():
+    for patch in set(np.flatnonzero(differ_in_hits(*states))) & one.keys() & other.keys():
         left = sum((Counter(one[patch].tolist()) - Counter(other[patch].tolist())).values())
         left = max(left, len(other[patch]) - len(one[patch]) + left)
-        sequence = sobol_digits(full.traced.samples[patch] // HEMISPHERE_REPLICATES)
+        sequence = sobol_digits(states[1].traced.samples[patch] // HEMISPHERE_REPLICATES)
         rays = hemisphere_rays(full.context.patches, np.array([patch]), sequence)[:2]
         ends = [end_of_rays(city, *(part[0] for part in rays)) for city in (before, full)]
         differ = (ends[0][0] != ends[1][0]).any(axis=(1, 2))
@@ -182,11 +183,8 @@ def end_of_rays(city, origins, directions):
 def check_law(base, edited, full):
     """The same bits in all that rays met, in all light and its errors, but for rays of `rays_apart`: their number."""
     apart = 0
-    assert (edited.bare is None) == (full.bare is None)
-    for before, one, other in ((base.leaf, edited.leaf, full.leaf), (base.bare or base.leaf, edited.bare, full.bare)):
-        if other is None:
-            continue
-        found = rays_apart(before, one, other)
+    for state, (one, other) in enumerate(zip(edited.city.states, full.city.states, strict=True)):
+        found = rays_apart(base.city, edited.city, full.city, state)
         apart += found
         same = np.ones(len(one.traced.samples), bool) if not found else ~differ_in_hits(one, other)
         for name in TRACED:
@@ -195,7 +193,8 @@ def check_law(base, edited, full):
             for part in ("light", "element", "deviation"):
                 found_there = getattr(light, part)[same], getattr(other.traced.first[name], part)[same]
                 assert np.array_equal(*found_there), (name, part)
-        assert np.array_equal(one.task.bits[same], other.task.bits[same])
+        bits = [city.task.bits[state][same] for city in (edited.city, full.city)]
+        assert np.array_equal(*bits)
         if found:
             assert one.transfer.diffuse_relative == pytest.approx(other.transfer.diffuse_relative, abs=0.01)
             continue
@@ -210,7 +209,7 @@ def try_edit(base_of, name, seed):
     change = draw_change(city, np.random.default_rng([seed, *name.encode()]))
     after = edit_city(city, change, base.transfer.site.convergence)
     edited = trace_edit(base, after)
-    alone = replace(base.leaf.prepared.scene, trail=None, drawn=None)  # of sheets nothing is taken over
+    alone = replace(base.scene, trail=None, drawn=None)  # of sheets nothing is taken over
     prepared = prepare_edit(base, stand_city(after, base.request, like=alone), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
     apart = check_law(base, edited, full)
@@ -250,7 +249,7 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
 def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
     """Its height asks for ground that reaches further; the lattice stays that of the base, and so do ray origins."""
     city, base = base_of("houses")
-    before = base.leaf.prepared
+    before = base.city.prepared
     after = edit_city(city, Change(added=(make_city(box("tower", 48, 48, 6, 6, 0, 90)),)))
     kept = []
     for like in (before.scene, replace(before.scene, lattice=None)):
@@ -263,7 +262,7 @@ def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
 
 def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     city, base = base_of("row")
-    prepared = base.leaf.prepared
+    prepared = base.city.prepared
     ahead = replace(
         prepared, patches=replace(prepared.patches, points_before=np.ones(len(prepared.patches), np.uint32))
     )
@@ -275,8 +274,9 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     ):
         with pytest.raises(InputError, match=cure):
             trace_editable(one, base.suns, request)
-    record = replace(base.leaf.transfer.record, interrupted={"suns_traced": 1, "of": 2})
-    stopped = replace(base, leaf=replace(base.leaf, transfer=replace(base.leaf.transfer, record=record)))
+    leaf, record = base.city.states[0], replace(base.transfer.record, interrupted={"suns_traced": 1, "of": 2})
+    states = [replace(leaf, transfer=replace(leaf.transfer, record=record))]
+    stopped = replace(base, city=replace(base.city, states=states))
     with pytest.raises(InputError, match="trace it again"):
         trace_edit(stopped, city)
     with pytest.raises(InputError, match="the base's site"):
@@ -308,9 +308,7 @@ def test_the_preview_is_the_annual_light(base_of, name):
     edited = trace_edit(
         base, edit_city(city, Change(raised={"b2": 4.0})), preview=lambda *light: previews.append(light)
     )
-    states = [edited.leaf, edited.bare][: len(previews)]
-    assert len(previews) == 1 + (edited.bare is not None)
-    for found, state in zip(previews, states, strict=True):
+    for found, state in zip(previews, edited.city.states, strict=True):
         direct = annual_light(state.transfer)[1]
         far = state.transfer.far_ground_view_factor * state.transfer.ground_albedo
         direct += far * (state.transfer.suns.weight @ state.transfer.suns.direction[:, 2])

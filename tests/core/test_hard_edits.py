@@ -114,9 +114,9 @@ def test_a_hard_edit_is_a_full_run(bases, name):
     assert isinstance(after, City)
     request = replace(base.request, albedo_file=albedo and str(write_albedos(folder, albedo)))
     edited = trace_edit(base, after, request=request)
-    alone = stand_city(after, request, like=replace(base.leaf.prepared.scene, trail=None, drawn=None))
+    alone = stand_city(after, request, like=replace(base.scene, trail=None, drawn=None))
     full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
-    assert np.array_equal(edited.leaf.prepared.scene.sheet[: len(alone.sheet)], alone.sheet)
+    assert np.array_equal(edited.scene.sheet[: len(alone.sheet)], alone.sheet)
     assert check_law(base, edited, full) <= 12
 
 

@@ -161,7 +161,7 @@ def test_broken_shadow_rays():
         suns = arrays.pop("suns")
         return sun_visibility(SunWatch(ray_scene, PATCHES, **arrays), suns)
 
-    assert np.isfinite(look().visible_share).all()
+    assert np.isfinite(look()[0].visible_share).all()
     for name, value in (
         ("traced", EVERY[1:]),
         ("unobstructed", np.zeros(COUNT)),

@@ -139,7 +139,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     _, found = look(town)
     ray_scene, traced = RayScene(scene.vertices, scene.triangles), np.isin(np.arange(len(patches)), rows)
     watch = SunWatch(ray_scene, patches, traced, np.zeros(len(patches), bool), found.covered, 1024, threads=2)
-    light = sun_visibility(watch, (SUNS.astype(np.float32), np.ones(3, np.float32) / 3))
+    light, *_ = sun_visibility(watch, (SUNS.astype(np.float32), np.ones(3, np.float32) / 3))
     lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
     shares = light.visible_share[rows]
     assert 0.05 < lit.mean() < 0.6
