@@ -42,11 +42,12 @@ class RaysOfPart:
         Of `RayScene`.
     """
 
-    canopy, states = None, 1  # a city with trees is traced as a whole
+    canopy, states = None, 1  # with trees a city is traced as a whole
 
     def __init__(self, rows, whole):
         self.whole, self._rows = whole, rows
         self._whole, self._facing = whole[0], whole[1].facing
+        self._whole.canopy = None
         self.engine = self._whole.engine
         self.trace_shadow_states, self.trace_blocked = self._whole.trace_shadow_states, self._whole.trace_blocked
 

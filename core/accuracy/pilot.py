@@ -128,12 +128,9 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     ready = replace(few.prepared, patches=replace(patches, receives=receives))
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
         transfer = trace_hybrid(few.scene, suns, request, progress, prepared=ready)
-    records = [one.record for one in (transfer, transfer.bare) if one is not None]
-    spent, wall = (
-        sum(sum(stages.values()) - stages[PLAN] for stages in found)
-        for found in zip(*((one.processor_seconds, one.seconds) for one in records), strict=True)
-    )
-    of_suns, record = sum(one.processor_seconds.get(stage, 0.0) for one in records for stage in SUNS), records[0]
+    record = transfer.record
+    spent, wall = (sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds))
+    of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
     run = PilotRun(
         samples,
         shadow_samples,

@@ -85,10 +85,9 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
 
 
 def build_tree(prepared, request):
-    """The same with the tree of its triangles and its crowns, for several rounds: PreparedScene."""
-    if prepared.plan.ray_scene is not None:
-        return prepared
-    ray_scene = FacingScene(prepared.scene, prepared.patches, usable_threads(request.threads))
+    """The same with the tree of its triangles, for several rounds, and its crowns as planned: PreparedScene."""
+    threads = usable_threads(request.threads)
+    ray_scene = prepared.plan.ray_scene or FacingScene(prepared.scene, prepared.patches, threads)
     ray_scene.canopy = prepared.canopy
     return replace(prepared, plan=replace(prepared.plan, ray_scene=ray_scene))
 
