@@ -38,7 +38,10 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         show_objects_of(city, visible=False)
         show_objects_of(copy, visible=True)
         context.view_layer.update()
-        compare_with_before(context.scene, copy, copy.get(PREFIX + "ground"))
+        own, shown = copy.get(PREFIX + "ground"), context.scene.citypv.attribute
+        # What is seen as colours is the change against the variant that it was copied from: none so far.
+        if compare_with_before(context.scene, copy, own) and shown.startswith(CHANGE):
+            show_result(context, copy, own, shown)
         return f"Variant {copy[VARIANT]}, compared with {city[VARIANT]}"
 
 

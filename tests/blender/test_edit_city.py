@@ -7,14 +7,14 @@ import bpy
 import numpy as np
 import pandas as pd
 import pytest
-from steps import add_box, add_tower, assert_full_run, here, run, session_here, trace_anew
+from steps import add_box, add_tower, assert_full_run, colours_of, here, run, session_here, trace_anew
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.energy.energy import kwp_of_hours
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.edit_light import edit_light
 from citypv.core.study import compute_energy, stand_city, trace_scene
-from citypv.operators.attributes import read_corners, read_face_attribute
+from citypv.operators.attributes import CHANGE, read_corners, read_face_attribute
 from citypv.operators.edits.update_city import estimate_hours
 from citypv.operators.members import describe_edit, list_members
 from citypv.operators.picture.build_legend import note_of
@@ -261,7 +261,10 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     found = {"B": hours_of(session_here())}
     assert here()["citypv_variant"] == "B"
     table = sums_here()
+    assert np.ptp(colours_of(here().data), axis=0).max() > 0.2  # who gains, who loses
     run("new_variant")
+    still = read_face_attribute(here().data, CHANGE + "full_load_hours") == 0
+    assert still.any() and np.ptp(colours_of(here().data)[::3][still], axis=0).max() == 0  # nothing yet
     moved = next(item for item in list_members(here()))
     assert moved.name != "tower" and not bpy.data.objects["tower"].visible_get()
     moved.location.x += 25
