@@ -46,6 +46,8 @@ world:
 	  --out results/world_10E
 
 STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1
+# Compiled tests are kept: else each process compiles all of them again, for 15 s.
+check slow test test-all: export PYTHONDONTWRITEBYTECODE =
 PYTEST = -m pytest --dist loadfile --no-loadscope-reorder
 QUICK = -m "law or not (slow or thorough or window)"
 
@@ -57,8 +59,7 @@ check:
 
 slow:
 	: > tests/slow.txt
-	.venv/bin/python -m pytest --quiet --write-slow -m "not (thorough or window)"
-	CITYPV_QUICK=1 .venv/bin/python -m pytest --quiet --write-slow -m "not (slow or thorough or window)"
+	CITYPV_QUICK=1 PYTHONPATH=tools .venv/bin/python -m pytest --quiet -p measure_slow $(QUICK)
 
 # The worker that drives Blender's window waits for half of its time.
 test test-all:

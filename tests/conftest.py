@@ -1,38 +1,53 @@
 """What each run leaves out, which files run together and in what order, and whether a Blender window was tested.
 
-`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, whose cases took more than 0.2 s
-each when they were last measured (`--write-slow`). What is marked as a law stays all the same, and so does the one case
-of each law that LAWS names. The second Python leaves out what is marked `once`, and what is slow, but for files in
+`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they were
+last measured (tools/measure_slow.py). What is marked as a law stays all the same, and so does the one case of each law
+that LAWS names. The second Python leaves out what is marked `once`, and what is slow, but for files in
 which a Python may differ, and elsewhere all cases of a function but the first.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
 """
 
-from collections import defaultdict
 from functools import cache
 from pathlib import Path, PurePath
 
 import pytest
 
 SLOW = Path(__file__).parent / "slow.txt"
-LONG = 0.2  # [s]
-# Laws and closed forms that take longer, and that no fast test holds: the cases that begin so.
+# Laws, closed forms and rules of the code that no fast test holds: the cases that begin so.
 LAWS = (
     "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
-    "core/test_closed_forms.py::test_street_canyon[run_gather-3]",
     "core/test_closed_forms.py::test_street_canyon[run_forward-1]",
+    "core/test_closed_forms.py::test_street_canyon[run_gather-3]",
+    "core/test_closed_forms.py::test_unshaded_surface[plan-",
+    "core/test_closed_forms.py::test_unshaded_surface[rays-",
+    "core/test_coincident.py::test_pairs_are_those_that_overlap[0]",
+    "core/test_days_of_year.py::test_a_day_for_every_day_is_every_hour",
+    "core/test_effects.py::test_a_dark_far_ground_costs_a_wall_what_pvlib_says[180",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[False-days",
     "core/test_energy.py::test_unshaded_surfaces_equal_pvlib[True-hourly",
+    "core/test_forward.py::test_closed_furnace[0.25",
     "core/test_forward.py::test_where_the_light",
-    "core/test_specular.py::test_sun_in_a_mirror_facade[forward-30.0-1]",
+    "core/test_hard_edits.py::test_a_hard_edit_is_a_full_run[mirrors come]",
     "core/test_measure_effects.py::test_sun_that_a_wall",
     "core/test_places.py::test_far_from_an_edit_of_berlin_nothing_changes[add]",
+    "core/test_plot.py::test_the_plan_has_the_shapes_of_the_city",
+    "core/test_plot.py::test_the_sun_stands_where_spherical_trigonometry_says[52.5",
     "core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour[14.0",
     "core/test_python_api.py::test_the_same_files_as_the_command_line[few rays]",
     "core/test_rack_light.py::test_narrow_rows_shade",
     "core/test_sky.py::test_stated_errors_of_the",
+    "core/test_specular.py::test_sun_in_a_mirror_facade[forward-30.0-1]",
+    "core/test_suns.py::test_sky_grid_interpolates_any_latitude[52.5",
+    "core/test_timeline.py::test_shaded_surfaces_have_the_shares_of_their_skyline",
+    "core/test_world_plots.py::test_gain_under_an_overcast_sky",
+    "hard/test_forward_cases.py::test_nothing_is_brighter_than_the_sky[1.0-0]",
+    "hard/test_inside_something.py::test_cover_of_a_block_does_not_depend_on_the_seed[4.0",
+    "hard/test_which_geometry.py::test_a_closed_box_around_everything_is_dark[1.0-0]",
+    "hard/test_which_light.py::test_closed_furnace[0.25-1]",
+    "test_rooms.py::",
 )
 # Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
 THOROUGH = ("core/test_forward_agrees.py::test_town",)
@@ -77,10 +92,6 @@ LONGEST = [
     "core/test_forward_agrees.py",
     "core/test_trees.py",
 ]
-
-
-def pytest_addoption(parser):
-    parser.addoption("--write-slow", action="store_true", help="list those functions that run and are slow in slow.txt")
 
 
 def name_function(nodeid):
@@ -132,9 +143,7 @@ def pytest_xdist_make_scheduler(config, log):
     return Scheduler(config, log)
 
 
-def pytest_terminal_summary(terminalreporter, config):
-    if config.getoption("--write-slow"):
-        write_slow(terminalreporter)
+def pytest_terminal_summary(terminalreporter):
     found = {}
     for state in ("passed", "failed", "error", "skipped"):
         found[state] = [report for report in terminalreporter.getreports(state) if "/test_window" in report.fspath]
@@ -142,13 +151,3 @@ def pytest_terminal_summary(terminalreporter, config):
     if told:
         reason = f" ({found['skipped'][0].longrepr[2]})" if found["skipped"] else ""
         terminalreporter.write_line(f"tests in a Blender window: {', '.join(told)}{reason}")
-
-
-def write_slow(terminalreporter):
-    """List functions whose cases took long, beside those listed that did not run."""
-    seconds = defaultdict(lambda: defaultdict(float))
-    for report in (report for reports in terminalreporter.stats.values() for report in reports):
-        if isinstance(report, pytest.TestReport):
-            seconds[name_function(report.nodeid)][report.nodeid] += report.duration
-    long = {name for name, cases in seconds.items() if sum(cases.values()) > LONG * len(cases)}
-    SLOW.write_text("\n".join(sorted(long | (read_slow() - seconds.keys()))) + "\n", "utf-8")
