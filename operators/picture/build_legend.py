@@ -5,11 +5,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..attributes import CHANGE, PREFIX, RESULTS, write_face_attribute
+from ..attributes import CHANGE, PREFIX, RESULTS
 from ..city.build_meshes import remove_objects
 from ..members import describe_edit
 from ..result.summarise import INTERRUPTED
-from .colour_faces import MATERIAL, build_plain_material
+from .colour_faces import MATERIAL, build_plain_material, colours_of_values, write_colours
 
 INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
@@ -50,7 +50,7 @@ def build_legend(scene, camera, scale, note=""):
     below = BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE
     if note:
         page.write(note, page.width - LEFT, below, TEXT_SIZE, "RIGHT")
-    # A strip of narrow faces with the attribute itself, in the material of the city.
+    # A strip of narrow faces in the material of the city.
     page.strip(np.linspace(scale.low, scale.high, 1 + (len(scale.classes) or 256)), scale)
     for share, text in scale.labels():
         place = LEFT + BAR_WIDTH * share
@@ -106,7 +106,7 @@ class _Page:
         """Draw the colour bar: one face between two edges, with the value in its middle."""
         mesh = self._strip_mesh((edges - edges[0]) / (edges[-1] - edges[0]) * BAR_WIDTH, BAR_HEIGHT)
         middles = (edges[:-1] + edges[1:]) / 2
-        write_face_attribute(mesh, scale.attribute, np.rint(middles).astype(int) if scale.classes else middles)
+        write_colours(mesh, colours_of_values(scale, middles))
         self._hang("CityPV colour bar", mesh, bpy.data.materials[MATERIAL], LEFT, BAR_BOTTOM)
 
     def _strip_mesh(self, edges, height):

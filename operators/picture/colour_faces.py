@@ -129,8 +129,8 @@ def linear_colour(text):
 def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
     """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
-    The colours are those of the legend exactly: Attribute → Map Range → Color Ramp → Emission. The colour attribute
-    `citypv_colour` shows the same in the viewport's solid mode.
+    The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the viewport's solid mode
+    shows as it is, and a material as emission.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
     city[PREFIX + "colour_map"] = colour_map
     if ground is not None:
-        _set_materials(ground.data, build_ground_material())
+        _set_material(ground.data, build_ground_material())
         write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
 
@@ -184,12 +184,10 @@ def hide_noise(city, attribute, values):
     return values if errors is None else np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
 
 
-def paint_mesh(mesh, values, scale, material=MATERIAL):
-    """Give the faces of a mesh the colours of their values, (f,), in a material of this name; grey without a value."""
-    materials = build_colour_material(scale, material), build_plain_material("CityPV missing", MISSING)
-    _set_materials(mesh, *materials, of_face=~np.isfinite(values.astype(np.float64)))
+def paint_mesh(mesh, values, scale):
+    """Give the faces of a mesh the colours of their values, (f,); grey without a value."""
+    _set_material(mesh, build_colour_material())
     write_colours(mesh, colours_of_values(scale, values))
-    mesh.update()
 
 
 def read_scale(city):
@@ -209,29 +207,13 @@ def show_exact_colours(scene):
     scene.view_settings.gamma = 1.0
 
 
-def build_colour_material(scale, name=MATERIAL):
-    """Emission material that shows an attribute in the colours of its scale, independent of lighting."""
-    nodes, links, colour = _start_emission(name)
+def build_colour_material():
+    """Emission material that shows the colours of the faces as they are, independent of lighting."""
+    nodes, links, colour = _start_emission(MATERIAL)
     attribute = nodes.new("ShaderNodeAttribute")
-    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", PREFIX + scale.attribute
-    map_range, ramp = nodes.new("ShaderNodeMapRange"), nodes.new("ShaderNodeValToRGB")
-    map_range.clamp = True
-    map_range.inputs["From Min"].default_value = scale.low
-    map_range.inputs["From Max"].default_value = scale.high
-    # A new ramp has two stops; a class starts at its stop, a continuous scale passes through it.
-    count, stops = len(scale.stops), ramp.color_ramp
-    positions = np.arange(count) / count if scale.classes else np.linspace(0, 1, count)
-    stops.interpolation = "CONSTANT" if scale.classes else "LINEAR"
-    while len(stops.elements) < count:
-        stops.elements.new(1.0)
-    for element, position, light in zip(stops.elements, positions.tolist(), linear_light(scale.stops), strict=True):
-        element.position, element.color = position, (*light.tolist(), 1.0)
-    links.new(attribute.outputs["Fac"], map_range.inputs["Value"])
-    links.new(map_range.outputs["Result"], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], colour)
-    for place, node in enumerate((attribute, map_range, ramp)):
-        node.location = (220 * (place - 3), 0)
-    return bpy.data.materials[name]
+    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
+    links.new(attribute.outputs["Color"], colour)
+    return bpy.data.materials[MATERIAL]
 
 
 def build_plain_material(name, colour):
@@ -269,17 +251,14 @@ def _start_emission(name):
     return nodes, links, emission.inputs["Color"]
 
 
-def _set_materials(mesh, *materials, of_face=None):
+def _set_material(mesh, material):
     mesh.materials.clear()
-    for material in materials:
-        mesh.materials.append(material)
-    chosen = np.zeros(len(mesh.polygons), np.int32) if of_face is None else of_face.astype(np.int32)
-    mesh.polygons.foreach_set("material_index", chosen)
-    mesh.update()
+    mesh.materials.append(material)
+    mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
 
 
 def write_colours(mesh, colours):
-    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner: for solid view, and for other formats."""
+    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner, which solid view and materials show."""
     attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
@@ -288,3 +267,4 @@ def write_colours(mesh, colours):
     rgba[:, :3] = np.repeat(colours, corners, axis=0)
     attribute.data.foreach_set("color_srgb", rgba.ravel())
     mesh.color_attributes.active_color = attribute
+    mesh.update()

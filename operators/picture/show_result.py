@@ -155,7 +155,7 @@ def show_before(item, *, visible, scale=None):
     if name != scale.attribute:
         low, high = np.nanpercentile(values, [2, 98]).tolist() if np.isfinite(values).any() else (0.0, 1.0)
         scale = build_scale(name, low, high if high > low else low + 1.0)
-    paint_mesh(item.data, values, scale, "CityPV colours before")
+    paint_mesh(item.data, values, scale)
 
 
 def follow_side_by_side(seeing, context):

@@ -151,7 +151,6 @@ def show_moment(stage):
     shown = city.get(PREFIX + "colour_attribute")
     if shown in TIMED:
         write_colours(city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown)))
-        city.data.update()
         if user_meshes_coloured(city):
             colour_user_meshes(city)
     light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
