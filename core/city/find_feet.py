@@ -10,7 +10,7 @@ import shapely
 
 from .city import number_names
 from .find_twins import draw_outlines
-from .places_in_plan import find_in_boxes, group, lay_grid
+from .places_in_plan import find_in_boxes, group, plant_tree
 from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
 
@@ -103,8 +103,7 @@ def _above_another(shapes, low, footprints, middles, own):
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
-    boxes = shapely.bounds(shapes)
-    edge, shape = find_in_boxes(lay_grid(middles[:, :2], boxes), boxes)
+    edge, shape = find_in_boxes(plant_tree(middles), shapely.bounds(shapes))
     other = footprints[shape]
     higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
     edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)

@@ -10,7 +10,7 @@ from scipy.spatial import Delaunay, QhullError
 
 from ..rays.random_numbers import are_among
 from ..settings.errors import InputError
-from .places_in_plan import draw_triangles, find_in_boxes, lay_grid, merge_places, pair_keys, unique_pairs
+from .places_in_plan import draw_triangles, find_in_boxes, merge_places, pair_keys, plant_tree, unique_pairs
 from .slope_filter import highest_foot
 
 SLICE = 100_000  # places at once, to limit memory
@@ -70,7 +70,7 @@ def drop_on_triangles(corners, places):
     boxes = np.concatenate([corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)], axis=1)
     for first in range(0, len(places), SLICE):
         some, lowest = places[first : first + SLICE], height[first : first + SLICE]
-        place, triangle = find_in_boxes(lay_grid(some[:, :2], boxes), boxes)
+        place, triangle = find_in_boxes(plant_tree(some), boxes)
         used, each = np.unique(triangle, return_inverse=True)
         inside = shapely.intersects_xy(draw_triangles(corners[used])[each], *some[place, :2].T)
         place, triangle = place[inside], triangle[inside]

@@ -6,8 +6,8 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, merge_places
-from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge, lowest_around
+from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, merge_places, plant_tree
+from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
 
@@ -107,7 +107,7 @@ def test_pairs_of_places_and_boxes(extent):
     boxes = np.concatenate([boxes, [[np.nan] * 4], np.tile(places[:1], 2), [[-1e6, -1e6, 1e6, 1e6]]])
     within = (places[:, None] >= boxes[:, :2]) & (places[:, None] <= boxes[:, 2:])
     expected = np.argwhere(within.all(axis=2).T)[:, ::-1]
-    place, box = find_in_boxes(lay_grid(places, boxes), boxes)
+    place, box = find_in_boxes(plant_tree(places), boxes)
     assert (np.diff(box) >= 0).all()
     order = np.lexsort([place, box])
     np.testing.assert_array_equal(np.column_stack([place, box])[order], expected)
@@ -115,9 +115,9 @@ def test_pairs_of_places_and_boxes(extent):
 
 def test_no_places_or_boxes():
     none, one = np.empty((0, 2)), np.array([[0.0, 0, 1, 1]])
-    assert not len(find_in_boxes(lay_grid(none, one), one)[0])
-    assert not len(find_in_boxes(lay_grid(np.zeros((3, 2)), one[:0]), one[:0])[0])
-    place, box = find_in_boxes(lay_grid(np.zeros((3, 2)), one), one)
+    assert not len(find_in_boxes(plant_tree(none), one)[0])
+    assert not len(find_in_boxes(plant_tree(np.zeros((3, 2))), one[:0])[0])
+    place, box = find_in_boxes(plant_tree(np.zeros((3, 2))), one)
     assert sorted(place) == [0, 1, 2] and not box.any()
 
 
@@ -139,19 +139,6 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
         hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
     assert 5 < hangs.sum() < 28
     np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
-
-
-def test_no_part_of_an_edge_near_a_point_is_lower_than_told():
-    """Edges shorter and longer than the cells that they are kept by; far from all of them nothing is lower."""
-    random = np.random.default_rng(4)
-    start = random.uniform(-30, 30, (6, 3))
-    end = start + random.uniform(-1, 1, (6, 3)) * [[1.0], [8.0], [20.0], [40.0], [40.0], [40.0]]
-    part = (start[:, None] + np.linspace(0, 1, 200)[:, None] * (end - start)[:, None]).reshape(-1, 3)
-    points, within = part[::5] + random.uniform(-1, 1, (240, 3)), 2.0
-    near = np.linalg.norm(points[:, None, :2] - part[:, :2], axis=2) <= within
-    lowest = np.where(near, part[:, 2], np.inf).min(axis=1)
-    assert (lowest_around(points, start, end, within) <= lowest).all() and np.isfinite(lowest).all()
-    assert lowest_around(points + 1e4, start, end, within).min() == np.inf
 
 
 # -- feet at one place in plan view, among them such that rounding puts on two sides of the border of two cells --
