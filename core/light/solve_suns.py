@@ -43,6 +43,7 @@ class SunTask:
     looked: dict = field(default_factory=dict)  # start of a block -> list of Shadows, traced but not solved yet
     bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
     known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
+    annual: list | None = None  # of Annual, in each state of trees, once all suns were looked at
 
 
 def prepare_suns(context, traced, suns, known=None):
@@ -122,15 +123,20 @@ def light_of_first_days(context, traced, task):
 
 
 def look_at_all(context, traced, task):
-    """Annual light of patches before any sun is solved: list of Annual. Suns are looked at for all that follows."""
+    """Find the annual light of patches before any sun is solved. Suns are looked at for all that follows."""
     sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     for block in task.blocks:
         context.progress(LOOKING, block.start, len(task.suns), "suns")
         looked = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
         part = block_of_suns(task.suns, block)
         sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
-    suns = block_of_suns(task.suns, slice(None))
-    return [sum_suns(context, one, task.watch, by_point, suns) for one, by_point in zip(traced, sums, strict=True)]
+    sum_states(context, traced, task, sums, block_of_suns(task.suns, slice(None)))
+
+
+def sum_states(context, traced, task, sums, suns):
+    """Annual light of each state from sums over some suns, (states, p, m) float32: written to the task."""
+    watch = task.watch
+    task.annual = [sum_suns(context, one, watch, by_point, suns) for one, by_point in zip(traced, sums, strict=True)]
 
 
 def first_reflections(context, traced, shadows, directions):
@@ -200,8 +206,10 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
         sums, weights = sums / whole, weights / whole
         for light in found:
             light.specular = light.specular / whole
-    for light, one, by_point in zip(found, traced, sums, strict=True):
-        light.annual = sum_suns(context, one, task.watch, by_point, SunBlock(directions, weights))
+    if task.annual is None:
+        sum_states(context, traced, task, sums, SunBlock(directions, weights))
+    for light, annual in zip(found, task.annual, strict=True):
+        light.annual = annual
     return found
 
 

@@ -118,7 +118,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
     lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
     if known and known.preview:
-        for one, light, annual in zip(traced, lights, look_at_all(context, traced, task), strict=True):
+        look_at_all(context, traced, task)
+        for one, light, annual in zip(traced, lights, task.annual, strict=True):
             light[SUNS] = solve_annual(context, one, annual)
             known.preview(light[SKY_DOME].mean, light[SUNS].mean)
         clock.lap("preview")
@@ -132,7 +133,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
     room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced[0].covered, **how)
     clock.lap("room for modules")
-    task.known = None
+    task.known = task.annual = None
     common = dict(
         request=request.as_dict(),
         max_bounces=context.bounces,
