@@ -7,7 +7,7 @@ from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import STEPS, state_of_step
 from ..operators.light.keep_transfer import describe_missing
 from ..operators.members import describe_edit
-from ..operators.picture.build_legend import MOMENT
+from ..operators.picture.build_legend import MOMENT, PREVIEW
 from ..operators.picture.show_result import find_before, has_result
 from ..operators.picture.timeline import FRAMES
 from ..operators.result.summarise import FOUND
@@ -90,9 +90,9 @@ class _Result(_Panel):
 
     @classmethod
     def poll(cls, context):
-        """There are results: before, the steps stand first."""
+        """There are results, or an edit's are estimated: before, the steps stand first."""
         city, _ = find_city(context.scene)
-        return city is not None and has_result(city, "diffuse_relative")
+        return city is not None and (has_result(city, "diffuse_relative") or PREVIEW in city)
 
 
 class ImportPanel(_Step, bpy.types.Panel):

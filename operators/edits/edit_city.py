@@ -5,7 +5,7 @@ import numpy as np
 from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
-from ..attributes import PREFIX, write_face_attribute
+from ..attributes import PREFIX, read_face_attribute, write_face_attribute
 from ..city.build_meshes import BUILDINGS, suggest_buildings
 from ..in_place import IDENTITY, OWNER, is_in_place, list_taken
 from ..members import (
@@ -21,6 +21,7 @@ from ..members import (
     write_sources,
 )
 from ..picture.colour_user_meshes import colour_user_meshes
+from ..result.select_faces import HIGHLIGHT, read_selection
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
 from .update_city import update_in_script
@@ -60,7 +61,10 @@ class NameBuilding:
     """Mixin of operators that take a building; without an id they take that of the selected faces, or ask."""
 
     building: bpy.props.StringProperty(
-        name="Building", description="Its id", search=suggest_buildings, options={"SKIP_SAVE"}
+        name="Building",
+        description="Its id; to have it filled in, click on the building with Probe first",
+        search=suggest_buildings,
+        options={"SKIP_SAVE"},
     )
 
     def invoke(self, context, event):
@@ -71,9 +75,6 @@ class NameBuilding:
 
 def find_selected(city):
     """Id of the building whose faces are highlighted, "" if there is none or several."""
-    from ..attributes import read_face_attribute
-    from ..result.select_faces import HIGHLIGHT, read_selection
-
     if city is None or not city.get(HIGHLIGHT):
         return ""
     numbers = np.unique(read_face_attribute(city.data, "building")[read_selection(city.data)])
@@ -140,6 +141,7 @@ class EditBuilding(NameBuilding, EditAction, bpy.types.Operator):
         remember_wearers(city, [*taken, (item, self.building)])
         write_sources(city, session.scene.surfaces.surface_id)
         colour_user_meshes(city)
+        city.pop(HIGHLIGHT, None)  # it would stay where the building was
         for other in context.selected_objects:
             other.select_set(False)
         item.select_set(True)

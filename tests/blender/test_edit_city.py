@@ -172,8 +172,10 @@ def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(t
 def test_a_building_becomes_an_object_and_is_raised(traced):
     """In place with its ids it changes nothing; its roof moved up is an edit, after which its ids are the same."""
     alone, names = hours_of(session_here()), list(session_here().transfer.surfaces.surface_id)
+    assert bpy.ops.citypv.show_building(building="house1") == {"FINISHED"} and here()["citypv_highlight"]
     assert bpy.ops.citypv.edit_building(building="house1") == {"FINISHED"}
     house = bpy.context.object
+    assert "citypv_highlight" not in here()  # it would stay where the house was
     assert (house.name, describe_edit(here())) == ("house1", ("", ""))
     assert hours_of(session_here()) == pytest.approx(alone, rel=0, abs=0, nan_ok=True)
     assert "citypv_colour" in house.data.color_attributes

@@ -86,6 +86,11 @@ def test_results_stand_first_once_there_are_some(addon, city_file):
     assert seen() == steps
     run("trace", samples=16, shadow_samples=2, days=1)
     assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
+    run("classify")
+    assert seen() == steps
+    here()["citypv_preview"] = "an estimate; exact numbers follow"  # they stay while an edit is computed
+    assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
+    draw_all()
 
 
 def test_panels_draw_at_every_step(addon, city_file, row_file):
