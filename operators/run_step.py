@@ -89,6 +89,7 @@ class Step:
 
     bl_options = {"REGISTER", "UNDO"}
     current = None  # the running job; the panels show it below the button with its title
+    _job = None  # the work, once it has begun
     _ending = None  # a cancelled job that the window did not wait for
     _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
     _scene = None  # `session_uid` of the scene that the step was started in
@@ -166,7 +167,9 @@ class Step:
             refuse(self, problem)
 
     def cancel(self, context):
-        """Cancel the work because Blender quits."""
+        """Cancel the work because Blender quits; where a file browser was closed, none has begun."""
+        if self._job is None:
+            return
         self._job.cancel()
         self._leave(context)
 

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -16,6 +17,7 @@ from citypv.operators import job as jobs
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.job import Job
+from citypv.operators.result.export_results import ExportResults
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_session
 
@@ -194,3 +196,9 @@ def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monke
     monkeypatch.undo()
     run("import_city")
     assert len(session_here().city) == 21
+
+
+def test_a_file_browser_that_is_closed_cancels_nothing(addon):
+    """Blender calls `cancel` then too, of an operator whose work has not begun."""
+    closed = SimpleNamespace(_job=ExportResults._job)  # no method of the step may be called
+    assert Step.cancel(closed, bpy.context) is None and Step.current is None
