@@ -46,9 +46,10 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
 def show_objects_of(city, *, visible):
     """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either.
 
-    The objects of the user that a city was taken from stay, but for those of variants; only its colours come and go.
+    What was added to it comes and goes with it. The objects of the user that a city was taken from stay, but for those
+    of variants; only its colours come and go.
     """
-    for item in list_members(city) if VARIANT in city else ():
+    for item in list_members(city) if VARIANT in city or not is_in_place(city) else ():
         if not visible and item.visible_get():
             item[PUT_AWAY] = True
             put_away(item, True)

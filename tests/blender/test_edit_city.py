@@ -302,3 +302,15 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     assert "tower" not in bpy.data.objects and len(list_cities(bpy.context.scene)) == 2
     with pytest.raises(RuntimeError, match="there is no such variant"):
         bpy.ops.citypv.delete_variant(name="D")
+
+
+def test_what_was_added_comes_and_goes_with_its_city(traced, row_file):
+    name, tower = here().name, add_tower()
+    run("add_to_city")
+    hours = hours_of(session_here())
+    run("import_city", "classify", city_path=str(row_file))
+    assert here().name != name and not tower.visible_get() and describe_edit(here()) == ("", "")
+    assert bpy.ops.citypv.switch_city(name=name) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert here().name == name and tower.visible_get() and describe_edit(here()) == ("", "")
+    assert hours_of(session_here()) == pytest.approx(hours, rel=0, abs=0, nan_ok=True)
