@@ -11,7 +11,7 @@ from ..settings.progress import ignore_share, report_part
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
-from .crowns import build_crowns, normals_of
+from .crowns import build_crowns
 from .cut_polygons import cut_polygons
 from .find_ground import find_ground, find_hanging
 from .find_sheets import find_sheets
@@ -20,7 +20,7 @@ from .grid_cells import split_into_cells
 from .known_polygons import find_known, name_polygons, near_lost
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .polygons import measure_polygons
+from .polygons import measure_polygons, normals_of
 from .scene import Scene, Site, Surfaces
 from .terrain import Terrain
 

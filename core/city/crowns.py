@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from ..settings.errors import InputError
-from .polygons import triangulate
+from .polygons import edges_of, normals_of, triangulate
 from .scene import Crowns
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
@@ -159,11 +159,6 @@ def triangles_of(polygons):
     return points[first], triangles[proper]
 
 
-def edges_of(triangles):
-    """Directed edges of triangles: (3t, 2) int."""
-    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-
-
 def is_closed(triangles):
     """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once in each sense."""
     start, end = edges_of(triangles).T
@@ -197,12 +192,6 @@ def find_trunk(vertices, triangles, diameter):
     low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
     width = farthest[low_down & is_steep(vertices, triangles)].max(initial=0.0)
     return low_down & (farthest <= width)
-
-
-def normals_of(vertices, triangles):
-    """Normals of triangles, twice as long as their areas: (t, 3) float64 [m²]."""
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    return np.cross(b - a, c - a)
 
 
 def is_steep(vertices, triangles):

@@ -7,7 +7,7 @@ for both. A group of them that is drawn as before has the triangles that it had 
 import numpy as np
 
 from .known_polygons import cells_of, drawn_triangles
-from .polygons import starts_of, triangulate
+from .polygons import take_shape, triangulate
 from .refine import refine_triangles
 
 
@@ -49,23 +49,13 @@ def join_known(known, shape, patch_size):
     vertices, triangles, polygon = before.vertices, before.triangles[kept], own[kept]
     rows = np.flatnonzero(place < 0)
     if len(rows):
-        more, corners, owner = cut_polygons(take_shape(shape, rows), patch_size)
+        more, corners, owner = cut_polygons(take_shape(*shape, place < 0), patch_size)
         vertices = np.concatenate([vertices, more])
         triangles = np.concatenate([triangles, corners + len(before.vertices)])
         polygon = np.concatenate([polygon, rows[owner]])
     order = np.argsort(polygon, kind="stable")
     used, corners = np.unique(triangles[order], return_inverse=True)
     return vertices[used], corners.reshape(-1, 3), polygon[order]
-
-
-def take_shape(shape, rows):
-    """Some polygons, (k,) int, ascending: a tuple as of `cut_polygons`."""
-    points, ring_start, polygon_start = shape
-    chosen = np.zeros(len(polygon_start) - 1, bool)
-    chosen[rows] = True
-    rings = np.repeat(chosen, np.diff(polygon_start))
-    counts = [np.diff(starts)[some] for starts, some in ((ring_start, rings), (polygon_start, chosen))]
-    return points[np.repeat(rings, np.diff(ring_start))], *map(starts_of, counts)
 
 
 def merge_vertices(points, triangles):

@@ -9,7 +9,7 @@ import numpy as np
 from ..settings.errors import InputError
 from .city import City
 from .locate_site import bring_to_grid, turn_to_true_north
-from .polygons import starts_of
+from .polygons import take_shape
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
 LISTS = ("surface_id", "building_id", "thematic", "lod", "material")
@@ -100,16 +100,10 @@ def move_tree(tree, move):
 
 def take_polygons(city, kept):
     """Some polygons of a city, (n,) bool: City."""
+    points, ring_start, polygon_start = take_shape(city.points, city.ring_start, city.polygon_start, kept)
     rows = np.flatnonzero(kept)
-    ring = np.repeat(kept, np.diff(city.polygon_start))
     lists = {name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS}
-    return replace(
-        city,
-        points=city.points[np.repeat(ring, np.diff(city.ring_start))],
-        ring_start=starts_of(np.diff(city.ring_start)[ring]),
-        polygon_start=starts_of(np.diff(city.polygon_start)[rows]),
-        **lists,
-    )
+    return replace(city, points=points, ring_start=ring_start, polygon_start=polygon_start, **lists)
 
 
 def join_cities(one, other):

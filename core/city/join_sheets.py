@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..rays.ray_scene import RayScene
+from .polygons import edges_of, normals_of
 
 CURB = 0.5  # [m] largest step from one sheet to the next, and least height of a deck
 SEAM = 0.1  # [m] largest gap in plan between sheets that meet
@@ -60,7 +61,7 @@ def join_sheets(vertices, triangles, sheet, among):
         The group of each sheet; -1 for those that are above something.
     """
     count, rim = sheet.max() + 1, look_at_rims(vertices, triangles, sheet)
-    area = np.linalg.norm(face_normals(vertices, triangles), axis=1)
+    area = np.linalg.norm(normals_of(vertices, triangles), axis=1)
     seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
     above = share_of(sheet, area, seen.front, count)
     seen = look(vertices, among, rim.place + SEAM * rim.outward - CURB * UP, -rim.outward)
@@ -76,8 +77,7 @@ def join_sheets(vertices, triangles, sheet, among):
 
 def look_at_rims(vertices, triangles, sheet):
     """Places on the edges that belong to one triangle of a sheet: Rim."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    owner = np.tile(sheet, 3)
+    edges, owner = edges_of(triangles), np.tile(sheet, 3)
     named = np.column_stack([owner, np.sort(edges, axis=1)])
     _, first, shared = np.unique(named, axis=0, return_index=True, return_counts=True)
     rim = first[shared == 1]
@@ -95,17 +95,11 @@ def look(vertices, triangles, origins, directions):
     hit = RayScene(vertices, triangles).trace_closest(origins.astype(np.float32), directions.astype(np.float32))
     distance, front, met = np.full(len(hit), np.inf), np.zeros(len(hit), bool), hit >= 0
     faces = triangles[hit[met]]
-    normal = face_normals(vertices, faces)
+    normal = normals_of(vertices, faces)
     towards = -(normal * directions[met]).sum(axis=1)
     away = ((origins[met] - vertices[faces[:, 0]]) * normal).sum(axis=1)
     distance[met], front[met] = away / np.where(towards == 0, SLIGHT, towards), towards > 0
     return Seen(hit, distance, front)
-
-
-def face_normals(vertices, triangles):
-    """Normals of triangles, twice as long as their area: (k, 3) [m²]."""
-    start = vertices[triangles[:, 0]]
-    return np.cross(vertices[triangles[:, 1]] - start, vertices[triangles[:, 2]] - start)
 
 
 def share_of(owner, weight, chosen, count):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .orient_shells import SURE_SHARE
-from .polygons import measure_polygons, plane_axes, polygon_bounds, starts_of, triangulate
+from .polygons import measure_polygons, plane_axes, polygon_bounds, take_shape, triangulate
 
 RAYS = 64  # from each side of a polygon
 WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
@@ -170,12 +170,10 @@ def triangles_around(shape, tested):
     around = np.add.outer([-width, 0, width], [-1, 0, 1]).reshape(-1)
     marked = np.unique(np.unique(ends[:, tested])[:, None] + around)
     large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
-    chosen, rings = large | np.isin(ends, marked).any(axis=0), np.diff(polygon_start)
-    kept_rings = np.repeat(chosen, rings)
-    corners = np.diff(ring_start)
-    kept = points[np.repeat(kept_rings, corners)]
+    chosen = large | np.isin(ends, marked).any(axis=0)
+    kept, *starts = take_shape(*shape, chosen)
     places = np.round(kept - kept.min(axis=0), MICROMETRE)
-    triangles, owner = triangulate(places, starts_of(corners[kept_rings]), starts_of(rings[chosen]))
+    triangles, owner = triangulate(places, *starts)
     return triangles, np.flatnonzero(chosen)[owner], places
 
 

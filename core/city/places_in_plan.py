@@ -100,17 +100,15 @@ def join_polygons(shapes):
 def find_inside(shapes, places):
     """Pairs of a place and a polygon in which, or on whose edge, it lies: two (k,) int64.
 
-    Polygons are prepared, which queries of a tree of polygons with points do not do.
+    A tree of places, since queries prepare the polygons, as those of a tree of polygons with points do not.
 
     Parameters
     ----------
     shapes : array, (s,) of shapely polygons
     places : array, (p, 2) float64 [m]
     """
-    place, shape = find_in_boxes(plant_tree(places), shapely.bounds(shapes))
-    shapely.prepare(shapes)
-    inside = shapely.intersects_xy(shapes[shape], *places[place].T)
-    return place[inside], shape[inside]
+    shape, place = plant_tree(places).query(shapes, "intersects")
+    return place, shape
 
 
 def draw_triangles(corners):

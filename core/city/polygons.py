@@ -94,6 +94,13 @@ def starts_of(counts):
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
 
 
+def take_shape(points, ring_start, polygon_start, kept):
+    """Points and starts of rings and of polygons, as of `triangulate`, of some polygons, (n,) bool."""
+    rings = np.repeat(kept, np.diff(polygon_start))
+    points = points[np.repeat(rings, np.diff(ring_start))]
+    return points, starts_of(np.diff(ring_start)[rings]), starts_of(np.diff(polygon_start)[kept])
+
+
 def next_in_ring(ring_start):
     """Index of the point that follows each point on its ring, (m,) int64."""
     following = np.arange(1, ring_start[-1] + 1)
@@ -162,6 +169,17 @@ def triangulate(points, ring_start, polygon_start):
     triangles, owners = triangles[sound], owners[sound]
     order = np.argsort(owners, kind="stable")
     return triangles[order], owners[order]
+
+
+def edges_of(triangles):
+    """Directed edges of triangles: (3t, 2) int."""
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def normals_of(vertices, triangles):
+    """Normals of triangles, twice as long as their areas: (t, 3) float64 [m²]."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.cross(b - a, c - a)
 
 
 def plane_axes(normal):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds, starts_of
+from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds, starts_of, take_shape
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
@@ -38,16 +38,10 @@ class Draft:
         """The polygons of a mask (n,): Draft."""
         if mask.all():
             return self
-        rings, kept = np.diff(self.polygon_start), np.flatnonzero(mask)
-        ring_mask = np.repeat(mask, rings)
-        return replace(
-            self,
-            polygons=[self.polygons[i] for i in kept],
-            building=self.building[mask],
-            points=self.points[np.repeat(ring_mask, np.diff(self.ring_start))],
-            ring_start=starts_of(np.diff(self.ring_start)[ring_mask]),
-            polygon_start=starts_of(rings[mask]),
-            names=self.names_of(mask),
+        points, ring_start, polygon_start = take_shape(*self.shape(), mask)
+        polygons = [self.polygons[i] for i in np.flatnonzero(mask)]
+        return Draft(
+            polygons, self.buildings, self.building[mask], points, ring_start, polygon_start, self.names_of(mask)
         )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from ..settings.errors import check_array
+from .places_in_plan import draw_triangles, find_inside
 from .triangulate_feet import heights_on
 
 NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
@@ -52,9 +53,8 @@ def measure_heights(terrain, places):
         missing = np.flatnonzero(np.isnan(heights))
         corners = _corners_near(layer, places[missing], 0.0) if len(missing) else []
         if len(corners):
-            tree, some = shapely.STRtree(shapely.polygons(corners[..., :2])), places[missing]
-            place, triangle = tree.query(shapely.points(some), "intersects")
-            np.fmax.at(heights, missing[place], heights_on(corners[triangle], some[place]))
+            place, triangle = find_inside(draw_triangles(corners), places[missing])
+            np.fmax.at(heights, missing[place], heights_on(corners[triangle], places[missing[place]]))
     return heights
 
 

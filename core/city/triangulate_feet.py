@@ -10,10 +10,9 @@ from scipy.spatial import Delaunay, QhullError
 
 from ..rays.random_numbers import are_among
 from ..settings.errors import InputError
-from .places_in_plan import draw_triangles, find_in_boxes, merge_places, pair_keys, plant_tree, unique_pairs
+from .places_in_plan import draw_triangles, find_inside, merge_places, pair_keys, unique_pairs
+from .polygons import edges_of
 from .slope_filter import highest_foot
-
-SLICE = 100_000  # places at once, to limit memory
 
 
 def triangulate_plan(places):
@@ -52,8 +51,7 @@ def triangulate_plan(places):
 
 def find_missing(triangles, edges):
     """Edges, (e, 2) int64 with the smaller number first, that are no sides of triangles, (t, 3) int64: (e,) bool."""
-    sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    return ~are_among(pair_keys(edges), pair_keys(sides))
+    return ~are_among(pair_keys(edges), pair_keys(np.sort(edges_of(triangles), axis=1)))
 
 
 def drop_on_triangles(corners, places):
@@ -65,16 +63,8 @@ def drop_on_triangles(corners, places):
     places : array, (k, 2) or (k, 3) float64 [m]
     """
     height = np.full(len(places), np.inf)
-    if not len(places):
-        return height
-    boxes = np.concatenate([corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)], axis=1)
-    for first in range(0, len(places), SLICE):
-        some, lowest = places[first : first + SLICE], height[first : first + SLICE]
-        place, triangle = find_in_boxes(plant_tree(some), boxes)
-        used, each = np.unique(triangle, return_inverse=True)
-        inside = shapely.intersects_xy(draw_triangles(corners[used])[each], *some[place, :2].T)
-        place, triangle = place[inside], triangle[inside]
-        np.fmin.at(lowest, place, heights_on(corners[triangle], some[place]))
+    place, triangle = find_inside(draw_triangles(corners), places)
+    np.fmin.at(height, place, heights_on(corners[triangle], places[place]))
     return height
 
 
