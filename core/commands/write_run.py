@@ -19,9 +19,7 @@ from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..settings.progress import silent
-from ..study import (
-    compute_energy,
-)
+from ..study import compute_energy
 
 
 @dataclass

@@ -66,7 +66,7 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
     tables = {  # SQL types and values by column
         "surfaces": (
             {column.name: TYPES[column.kind] for column in columns},
-            {column.name: list(column_values(column, transfer, energy)) for column in columns},
+            {column.name: np.asarray(column_values(column, transfer, energy)).tolist() for column in columns},
         ),
         "buildings": (types, {name: rows[name].tolist() for name in types}),
     }
@@ -144,7 +144,7 @@ def write_layer(file, layer, kinds, columns, shapes):
     declared = "".join(f', "{column}" {sort}' for column, sort in kinds.items())
     file.execute(f'CREATE TABLE "{name}" (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {kind}{declared})')
     file.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)", (name, kind, number, int(spatial)))
-    values = [map(plain_value, columns[column]) for column in kinds]
+    values = [columns[column] for column in kinds]  # SQLite stores NaN as NULL
     marks = ", ".join("?" * (len(kinds) + 1))
     names = ", ".join(f'"{column}"' for column in ("geom", *kinds))
     packed = (pack_geometry(shape, number) for shape in shapes)
@@ -158,13 +158,3 @@ def pack_geometry(shape, number):
     low_x, low_y, high_x, high_y = shape.bounds
     header = struct.pack("<2sBBi4d", b"GP", 0, LITTLE_ENDIAN | BOX, number, low_x, high_x, low_y, high_y)
     return header + shapely.to_wkb(shape, output_dimension=3, byte_order=1, flavor="iso")
-
-
-def plain_value(value):
-    """A value as SQLite stores it: text, whole number, number, or None where it is not finite."""
-    if value is None or isinstance(value, str):
-        return value
-    value = value.item() if isinstance(value, np.generic | np.ndarray) else value
-    if isinstance(value, bool):
-        return int(value)
-    return value if np.isfinite(value) else None

@@ -12,7 +12,7 @@ from ..settings.errors import InputError
 from ..sun.sky_models import clear_irradiance
 from ..sun.solar_position import is_sunny, solar_position
 from .climate_grid import look_up_normals
-from .draw_clearness import draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
+from .draw_clearness import bisect, draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
 from .weather import Record
 
 INTERVAL = pd.Timedelta(hours=1)
@@ -205,12 +205,11 @@ def monthly_sums(annual, normals, sky, times):
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
     most = CLOSEST * np.add.reduceat(sky["ghi"], starts, axis=1)
     share = np.stack([found.clearness for found in normals]) * outside
-    low, high = np.zeros(annual.shape), np.full(annual.shape, 3.0)
-    for _ in range(60):
-        middle = (low + high) / 2
-        short = np.minimum(share * middle, most).sum(axis=1, keepdims=True) < annual
-        low, high = np.where(short, middle, low), np.where(short, high, middle)
-    return np.minimum(share * (low + high) / 2, most)
+
+    def is_short(factor):
+        return np.minimum(share * factor, most).sum(axis=1, keepdims=True) < annual
+
+    return np.minimum(share * bisect(is_short, np.zeros(annual.shape), np.full(annual.shape, 3.0)), most)
 
 
 def draw_irradiance(places, times, sky, monthly, seed):

@@ -102,11 +102,16 @@ def solve_exponential(mean):
         Never 0.
     """
     mean = np.clip(mean, 0.02, 0.98)
-    low, high = np.full(mean.shape, -60.0), np.full(mean.shape, 60.3)
+    ends = np.full(mean.shape, -60.0), np.full(mean.shape, 60.3)
+    return bisect(lambda gamma: 1 / -np.expm1(-gamma) - 1 / gamma <= mean, *ends)
+
+
+def bisect(is_low, low, high):
+    """Numbers between two ends, arrays, below which `is_low` of such numbers is true, and above which it is false."""
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        above = 1 / -np.expm1(-middle) - 1 / middle > mean
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
+        below = is_low(middle)
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
     return (low + high) / 2
 
 
@@ -175,10 +180,11 @@ def scale_to_sums(clearness, cleanest, outside, sums, starts):
     length = np.diff(np.append(starts, clearness.shape[1]))
     # Periods without any light are not scaled; those that were drawn completely dark get a small value to scale.
     clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
-    low, high = np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)  # natural logarithm of the factor
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        scaled = np.minimum(clearness * np.repeat(np.exp(middle), length, axis=1), cleanest)
-        short = np.add.reduceat(scaled * outside, starts, axis=1) < sums
-        low, high = np.where(short, middle, low), np.where(short, high, middle)
-    return np.minimum(clearness * np.repeat(np.exp((low + high) / 2), length, axis=1), cleanest)
+
+    def scale(logarithm):
+        return np.minimum(clearness * np.repeat(np.exp(logarithm), length, axis=1), cleanest)
+
+    def is_short(logarithm):
+        return np.add.reduceat(scale(logarithm) * outside, starts, axis=1) < sums
+
+    return scale(bisect(is_short, np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)))
