@@ -10,6 +10,7 @@ import json
 import signal
 import sys
 import traceback
+from dataclasses import fields
 from functools import partial
 
 from ..settings.errors import InputError
@@ -213,27 +214,10 @@ def run_world(options):
     """`citypv world`."""
     from .world import WorldSettings, make_world
 
-    request = read_request(options)
-    settings = WorldSettings(
-        way=options.way or ("paper" if request.method == "paper" else "exact"),
-        mix=options.mix,
-        step=options.step,
-        latitudes=options.latitudes and tuple(options.latitudes),
-        longitudes=options.longitudes and tuple(options.longitudes),
-        years=tuple(sorted(set(options.years))),
-        surfaces=options.surfaces,
-        off_land=options.off_land,
-        pictures=options.pictures == "on",
-    )
-    make_world(
-        options.environment,
-        options.out,
-        request,
-        settings,
-        overwrite=options.overwrite,
-        log=make_log(options),
-        cluster=cluster_settings(options.cluster),
-    )
+    chosen = {one.name: getattr(options, one.name) for one in fields(WorldSettings)}
+    settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})
+    told = {"overwrite": options.overwrite, "log": make_log(options), "cluster": cluster_settings(options.cluster)}
+    make_world(options.environment, options.out, read_request(options), settings, **told)
 
 
 def run_variant(options):

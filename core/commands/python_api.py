@@ -313,8 +313,7 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
     from .world import WorldSettings, make_world
 
     own = {one.name for one in fields(WorldSettings)}
-    chosen = {"way": "paper"} if settings.get("method") == "paper" else {}
-    chosen |= {name: value for name, value in settings.items() if name in own} | ({} if out else {"pictures": False})
+    chosen = {name: value for name, value in settings.items() if name in own} | ({} if out else {"pictures": False})
     request = request_of_settings(
         {name: value for name, value in settings.items() if name not in own},
         *("weather", "electricity", "sky", "run"),

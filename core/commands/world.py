@@ -30,7 +30,7 @@ FEWEST = 50  # merged surfaces of an environment
 class WorldSettings:
     """Settings of a world, beside those of `Request`."""
 
-    way: str = "exact"  # or paper
+    way: str | None = None  # exact or paper; None: as the method
     mix: str | None = None
     step: float | None = None  # [°] between places; None: 3° of the models, every point of files
     latitudes: tuple | None = None  # first and last [°]
@@ -39,6 +39,10 @@ class WorldSettings:
     surfaces: int | None = None  # at most for each environment, others merged; None: all
     off_land: str = "blank"  # or climate, clear-sky: at sea
     pictures: bool = True
+
+    def __post_init__(self):
+        """Take each year once."""
+        self.years = tuple(sorted(set(self.years)))
 
 
 def make_world(texts, folder, request, settings, *, overwrite=False, log=None, cluster=None):
@@ -66,6 +70,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     log = log or RunLog(None)
     check_settings(request)
     check_world_settings(request, settings)
+    settings = replace(settings, way=settings.way or ("paper" if request.method == "paper" else "exact"))
     request = modules_alone(request)
     if cluster:
         check_cluster(cluster.cluster)
