@@ -49,11 +49,6 @@ def triangulate_plan(places):
     return corners.astype(np.int64)
 
 
-def find_missing(triangles, edges):
-    """Edges, (e, 2) int64 with the smaller number first, that are no sides of triangles, (t, 3) int64: (e,) bool."""
-    return ~are_among(pair_keys(edges), pair_keys(np.sort(edges_of(triangles), axis=1)))
-
-
 def drop_on_triangles(corners, places):
     """Height [m] of the lowest triangle at each plan position; infinite where there is none.
 
@@ -109,7 +104,8 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         vertices = np.concatenate([free, feet])
         triangles = triangulate_plan(vertices[:, :2])
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
-        missing = edges[find_missing(triangles, edges + first) & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)]
+        sides = pair_keys(np.sort(edges_of(triangles), axis=1))
+        missing = edges[~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)]
         if turn:
             missing = missing[find_hanging(vertices[triangles], feet[missing])]
         if turn == ROUNDS or not len(missing):

@@ -5,6 +5,7 @@ that a file cannot bring code along.
 """
 
 import json
+import shutil
 import tempfile
 import weakref
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -149,19 +150,12 @@ def read_rays(folder):
     request = Request(**found["request"])
     known = {name: found[name] for name in ("city", "scene", "names", "decisions", "traced", "trail")}
     kept = KeptRays(request=request, **known)
-    weakref.finalize(kept, remove_files, place)
+    weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)
     for name, (file_name, data) in found["files"].items():
         own = Path(place, Path(file_name).name)
         own.write_bytes(data.tobytes())
         setattr(request, name, str(own))
     return kept
-
-
-def remove_files(place):
-    """Delete a temporary folder of files."""
-    for path in Path(place).iterdir():
-        path.unlink()
-    Path(place).rmdir()
 
 
 def encode(value, arrays):
