@@ -134,23 +134,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced[0].covered, **how)
     clock.lap("room for modules")
     task.known = task.annual = None
-    common = dict(
-        request=request.as_dict(),
-        max_bounces=context.bounces,
-        brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
-        patches=len(context.patches),
-        threads=context.threads,
-        engine=ray_scene.engine,
-        hemisphere_rays=traced[0].ray_count[SKY_DOME],
-        source_rays={source.name: traced[0].ray_count[source.name] for source in plan.sources},
-        shadow_rays=direct[0].ray_count,
-        seconds=clock.seconds,
-        processor_seconds=clock.processor_seconds,
-        embree_thread_seconds=ray_scene.thread_seconds - traced_before,
-        degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
-        interrupted=note_interruption(direct[0].kept, len(suns)),
-    )
     found = TracedCity(prepared, context, task, [], room)
+    common = tell_work(context, traced[0], direct[0], clock, traced_before)
+    common["interrupted"] = note_interruption(direct[0].kept, len(suns))
     suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
     for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
         state.transfer = make_transfer(found, state, suns, common, left)
@@ -161,6 +147,24 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
             state.direct.annual = replace(state.direct.annual, elements=None, spread=None)
         common |= {"seconds": {}, "processor_seconds": {}}  # those of the first are of all states
     return found
+
+
+def tell_work(context, traced, direct, clock, before):
+    """What a run traced, in all states of trees: dict, fields of TraceRecord; `before` are Embree's seconds until then."""
+    return {
+        "request": context.request.as_dict(),
+        "max_bounces": context.bounces,
+        "patches": len(context.patches),
+        "threads": context.threads,
+        "engine": context.ray_scene.engine,
+        "hemisphere_rays": traced.ray_count[SKY_DOME],
+        "source_rays": {source.name: traced.ray_count[source.name] for source in context.plan.sources},
+        "shadow_rays": direct.ray_count,
+        "seconds": clock.seconds,
+        "processor_seconds": clock.processor_seconds,
+        "embree_thread_seconds": context.ray_scene.thread_seconds - before,
+        "degrees_of_freedom": {"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
+    }
 
 
 def solve_skies(context, traced, hooks, clock):
@@ -197,8 +201,10 @@ def make_transfer(found, state, suns, common, left):
     Transfer
     """
     context, traced, direct, scene = found.context, state.traced, state.direct, found.prepared.scene
+    brightest = float(found.prepared.patches.albedo.max(initial=0))
     record = TraceRecord(
         **common,
+        brightest_albedo=max(brightest, context.request.ground_albedo),
         effects=judge_effects(context.plan, measure_outcome(context, traced, state.lights, left)),
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(state.lights),

@@ -90,11 +90,11 @@ class Clock:
         self.processor_seconds, self.used = {}, time.process_time()
 
     def lap(self, stage):
-        """Record the seconds since the last lap."""
-        now = time.perf_counter()
-        self.seconds[stage], self.last = now - self.last, now
-        used = time.process_time()
-        self.processor_seconds[stage], self.used = used - self.used, used
+        """Add the seconds since the last lap to those of a stage."""
+        now, used = time.perf_counter(), time.process_time()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self.last
+        self.processor_seconds[stage] = self.processor_seconds.get(stage, 0.0) + used - self.used
+        self.last, self.used = now, used
 
 
 def describe_progress(done, total, unit, seconds):
