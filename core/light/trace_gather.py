@@ -150,7 +150,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
 
 
 def tell_work(context, traced, direct, clock, before):
-    """What a run traced, in all states of trees: dict, fields of TraceRecord; `before` are Embree's seconds until then."""
+    """What a run traced in all states of trees: dict, fields of TraceRecord; Embree had taken `before` seconds."""
     return {
         "request": context.request.as_dict(),
         "max_bounces": context.bounces,
