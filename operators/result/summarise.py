@@ -81,6 +81,7 @@ def summarise_albedo(item, rows, unread):
     for row in rows:
         name = (row["name"] or names[row["from"]]).replace("|", "/")
         law = f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"]
-        told.append(f"{name}|{law}|{row.get('surfaces', '')}")
+        count = f"{row['surfaces']:,}" if "surfaces" in row else ""
+        told.append(f"{name}|{law}|{count}")
     item[ALBEDOS] = told
     item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""

@@ -11,6 +11,7 @@ from citypv.core.read.read_city import read_city
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_materials import read_finish
 from citypv.operators.result.keep_report import find_row
+from citypv.operators.result.summarise import summarise_albedo
 from citypv.operators.session import find_city, find_session
 
 
@@ -129,3 +130,9 @@ def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     assert "bare|0.100|1" in list(city["citypv_albedos"])
     transfer = find_session(city).transfer
     assert sorted(transfer.material) == ["", "", "", "White_Paint", "Ziegel rot", "bare"]
+
+
+def test_many_surfaces_are_counted_readably():
+    item = {}
+    summarise_albedo(item, [{"name": "brick", "albedo": 0.3, "law": "lambertian", "surfaces": 14840}], [])
+    assert item["citypv_albedos"] == ["brick|0.300|14,840"]
