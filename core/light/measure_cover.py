@@ -1,13 +1,21 @@
-"""Which parts of surfaces lie inside or under something, without tracing anything else."""
+"""What light has no part in: which parts of surfaces lie inside or under something, and which have no room for modules.
+
+│ │        A ray from each cover cell goes straight ahead. There is no room where it meets a face turned against its own
+│→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above a roof. Light and
+│ │        cover know nothing of it: what is narrower than `inside_test.CONTACT` touches, all else is a gap.
+"""
 
 import numpy as np
 
+from ..city.racks import RACK
 from ..city.scene import add_backs
 from ..patches.facing_scene import FacingScene
-from ..patches.find_covered import find_covered_cells
+from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
+from ..patches.inside_test import facing_distance
 from ..patches.patches import patches_of_scene
-from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..settings.progress import silent
+from ..settings.system_settings import CLEARANCES
 from ..settings.threads import map_in_order, usable_threads
 from .kept_matrix import area_means, cover_of_surfaces
 
@@ -63,3 +71,52 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
         done += len(chosen)
         progress(COVER_STAGE, done, len(rows), "patches")
     return covered
+
+
+def list_clearances(request):
+    """Lengths for which the room of a run is kept: that of the paper, the default and its own, ascending [m]."""
+    return tuple(sorted({*CLEARANCES, request.clearance}))
+
+
+def average_room(to_surface, share):
+    """Share of surfaces that is open but has no room, (n, k) float64, from that of patches, (p, k)."""
+    return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
+
+
+def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, known=None):
+    """Share of patches that is not covered, but has no room for a module: (p, k) float32.
+
+    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `known` is the share of some patches, NaN of others.
+    """
+    owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
+    share = np.zeros((len(patches), len(clearances)), np.float32) if known is None else np.nan_to_num(known)
+    wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
+    rows = np.flatnonzero(wanted if known is None else wanted & np.isnan(known[:, 0]))
+    tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
+
+    def look(chosen):
+        return find_cramped(ray_scene, patches, chosen, clearances)
+
+    for chosen, cramped in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
+    return share
+
+
+def find_cramped(ray_scene, patches, chosen, clearances):
+    """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k, cells) bool."""
+    if ray_scene.whole is not None:
+        ray_scene, patches, rows = ray_scene.whole
+        chosen = rows[chosen]
+
+    def look_ahead(some, cells):
+        b1, b2, _ = starts_in_cells(patches.place_key[some], cells)
+        origins = points_of_patches(patches, some, b1, b2).reshape(-1, 3)
+        own = np.repeat(some, len(cells))
+        hits = ray_scene.trace_places(origins, patches.normal[own])
+        return facing_distance(patches, own, hits).reshape(b1.shape)
+
+    found = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
+    near = np.flatnonzero((look_ahead(chosen, UPRIGHT) < max(clearances)).any(axis=1))
+    distance = look_ahead(chosen[near], np.arange(CELL_DIVISIONS**2))
+    found[near] = distance[:, None] < np.float32(clearances)[:, None]
+    return found

@@ -15,7 +15,7 @@ from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces
-from .measure_room import average_room, list_clearances, measure_room_of_patches
+from .measure_cover import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_dome, solve_source
 from .solve_radiosity import Exchange, covariance_of_replicates, find_bounces, radiosity_factor
