@@ -194,10 +194,10 @@ def match_directions(suns, direction, day):
         return match_triangles(triangulate_sky(suns), direction)
     if name == "days":
         return match_days_of_year(suns, direction, day)
-    if name == "typical-days":
-        near = match_typical_days(suns, direction, day)
-    else:
-        near = KDTree(suns.direction).query(direction)[1]
+    near = KDTree(suns.direction).query(direction)[1]
+    if name == "typical-days":  # whose lowest suns stand too high for those that are never traced
+        high = direction[:, 2] >= np.sin(np.radians(MINIMUM_ELEVATION))
+        near[high] = match_typical_days(suns, direction[high], day[high])
     return near[:, None], np.ones((len(near), 1))
 
 

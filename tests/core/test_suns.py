@@ -191,6 +191,17 @@ def test_where_the_sun_never_rises_nothing_is_matched():
     assert choose_suns("sky-grid:50", night, HOUR, 85.0, 0.0).weight.sum() == pytest.approx(1)
 
 
+def test_suns_too_low_to_be_traced_are_matched_by_the_nearest():
+    """Of all typical days: the lowest sun of their own may stand far above them."""
+    times, place = year_of(), (52.5, 13.4)
+    suns = choose_suns("typical-days:12", times, HOUR, *place)
+    match, sun = match_suns(suns, times, HOUR, *place, lowest=0.0), solar_position(times, HOUR, *place)
+    low = ((sun["apparent_zenith"] > 88) & (sun["apparent_zenith"] <= 90)).to_numpy()
+    assert low.sum() > 100
+    cosine = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low]) @ suns.direction.T
+    assert (match.index[low, 0] == cosine.argmax(axis=1)).all()
+
+
 def test_two_degrees_are_the_limit():
     assert is_sunny([88.0, 88.001, 0.0, 95.0]).tolist() == [True, False, True, False]
 
