@@ -56,15 +56,6 @@ def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(
     assert found.stdout.split() == ["1", "0"]  # found, compiled
 
 
-def test_the_child_is_ended_with_the_block(nothing_kept, fresh_cache, monkeypatch):
-    started, start = [], ahead.start_child
-    monkeypatch.setattr(ahead, "start_child", lambda: started.append(start()) or started[0])
-    with pytest.raises(ZeroDivisionError), ahead.compile_ahead(threads=2):
-        assert started[0].poll() is None
-        raise ZeroDivisionError
-    assert started[0].returncode is not None
-
-
 @pytest.mark.parametrize("fault", ["no program", "not Python", "no module"])
 def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypatch, tmp_path, capfd, fault):
     if fault == "no module":
