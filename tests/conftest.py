@@ -2,8 +2,8 @@
 
 `make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they were
 last measured (tools/measure_slow.py). What is marked as a law stays all the same, and so does the one case of each law
-that LAWS names. The second Python leaves out what is marked `once`, and what is slow, but for files in
-which a Python may differ, and elsewhere all cases of a function but the first.
+that LAWS names. The second Python leaves out what is marked `once`: but for files in which a Python may differ that is
+each function of slow.txt without the word "both", and all cases of a function but the first.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
@@ -117,15 +117,16 @@ def pytest_itemcollected(item):
         item.add_marker(pytest.mark.thorough)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
-    if not name.startswith(MAY_DIFFER) and (name in read_slow() or name in BEGUN):
+    if not name.startswith(MAY_DIFFER) and (read_slow().get(name) or name in BEGUN):
         item.add_marker(pytest.mark.once)
     BEGUN.add(name)
 
 
 @cache
 def read_slow():
-    """Functions that were slow when they were measured: set of str."""
-    return set(SLOW.read_text("utf-8").split())
+    """Functions that were slow when they were measured, and whether one Python is enough for them: dict."""
+    lines = (line.partition(" ") for line in SLOW.read_text("utf-8").splitlines())
+    return {name: word != "both" for name, _, word in lines}
 
 
 @pytest.hookimpl(trylast=True)

@@ -4,7 +4,8 @@
 
 A case costs what it spends itself and its share of the fixtures that it has in common with others. The function whose
 cases cost most on average goes, until the rest keeps the budget; what fewer cases share then costs each of them more.
-Laws stay whatever they cost. What did not run keeps its place in the list.
+Laws stay whatever they cost. What did not run keeps its place in the list. What takes less than LONG is listed with the
+word "both": `make test` runs it with both Pythons.
 """
 
 import os
@@ -15,6 +16,7 @@ import pytest
 
 SLOW = Path(__file__).parents[1] / "tests/slow.txt"
 BUDGET = 80.0  # [s] of a processor; two workers take 20 s more to start
+LONG = 2.0  # [s] of a processor, mean of the cases of a function
 OWN = {}  # case: seconds
 SHARED = defaultdict(float)  # name of a fixture, and the part of the tests that shares one: seconds
 
@@ -51,7 +53,9 @@ def pytest_terminal_summary(terminalreporter):
     for item in OWN:
         (laws if item.get_closest_marker("law") else functions[name_function(item)]).append(item)
     dear, seconds = choose_dear(laws, functions)
-    SLOW.write_text("\n".join(sorted(dear | (set(SLOW.read_text("utf-8").split()) - functions.keys()))) + "\n", "utf-8")
+    lines = [name if cost >= LONG else f"{name} both" for name, cost in dear.items()]
+    lines += [line for line in SLOW.read_text("utf-8").splitlines() if line.partition(" ")[0] not in functions]
+    SLOW.write_text("\n".join(sorted(lines)) + "\n", "utf-8")
     terminalreporter.write_line(
         f"{seconds:.0f} s of a processor: {len(laws)} cases of laws, and {len(functions) - len(dear)} of "
         f"{len(functions)} functions; the others -> {SLOW}"
@@ -75,15 +79,15 @@ def choose_dear(laws, functions):
 
     Returns
     -------
-    set of str
-        Functions left out.
+    dict of str to float
+        Functions left out, and what a case of them costs [s].
     float
         What the rest costs [s].
     """
     uses = {
         item: [key for key in SHARED if key[0] in item.fixturenames and item.nodeid.startswith(key[1])] for item in OWN
     }
-    kept = dict(functions)
+    kept, dear = dict(functions), {}
     while True:
         users = Counter(key for items in (laws, *kept.values()) for item in items for key in uses[item])
         costs = {
@@ -92,5 +96,8 @@ def choose_dear(laws, functions):
         }
         total = sum(costs[item] for items in (laws, *kept.values()) for item in items)
         if total <= BUDGET or not kept:
-            return functions.keys() - kept.keys(), total
-        del kept[max(kept, key=lambda name: sum(costs[item] for item in kept[name]) / len(kept[name]))]
+            return dear, total
+        means = {name: sum(costs[item] for item in items) / len(items) for name, items in kept.items()}
+        dearest = max(means, key=means.get)
+        dear[dearest] = means[dearest]
+        del kept[dearest]
