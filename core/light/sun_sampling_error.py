@@ -11,7 +11,7 @@ from ..settings.errors import InputError
 from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from ..sun.suns import check_suns
-from .prepare_scene import prepare_scene
+from .prepare_scene import build_tree, prepare_scene
 from .shadow_points import points_above
 from .sun_blocks import block_of_suns
 from .sun_visibility import SunWatch, sun_visibility
@@ -59,7 +59,10 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     patches = prepared.patches
     chosen = draw_patches(prepared.scene, patches.area, request.seed, count)
     few = take_patches(patches, chosen)
-    ray_scene = prepared.plan.ray_scene or LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
+    if prepared.plan.ray_scene:  # with the crowns of this plan: another one may have used it last
+        ray_scene = build_tree(prepared, request).plan.ray_scene
+    else:
+        ray_scene = LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
     found = []
     for suns in ways:
         if len(few):

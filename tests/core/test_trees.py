@@ -14,7 +14,8 @@ from citypv.core.city.canopy import Canopy
 from citypv.core.city.crossing_loops import halve_nodes
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
-from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
@@ -191,6 +192,21 @@ def test_crowns_keep_patches_from_their_closed_form():
     crowned = replace(scene, trees=crowns_of(ball([0, -4, 6], 3)))
     alone, behind = (prepare_scene(one, Request()).plan.unobstructed for one in (scene, crowned))
     assert alone.all() and not behind.any()
+
+
+def test_the_check_of_suns_sees_the_trees_of_its_plan():
+    """Also where a plan without trees has used the tree of triangles since."""
+    scene, request = wall_and_tree(), Request(samples=16, shadow_samples=16)
+    scene.surfaces.eligible = np.ones(len(scene.surfaces), bool)
+    prepared = build_tree(prepare_scene(scene, request), request)
+    transfer = trace_gather(scene, SUNS, request, silent, prepared=prepared)
+    treeless = replace(prepared, plan=replace(prepared.plan, foliage=None))
+    found = []
+    for plan in (prepared, treeless, prepared):
+        (few,) = trace_sun_samples(scene, transfer, [SUNS], request, silent, prepared=plan)
+        found.append(few.visible_share)
+    assert (found[0] == found[2]).all()
+    assert found[1].sum() > 1.05 * found[0].sum()
 
 
 def test_results_do_not_depend_on_threads():
