@@ -14,6 +14,7 @@ import numpy as np
 from ..rays.hemisphere_rays import merge_nets
 from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.threads import work_in_slices
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
 from .merge_transfers import blend, blend_variance
 from .shadow_points import shift_points
@@ -64,8 +65,11 @@ def sum_suns(context, traced, watch, by_point, suns):
     -------
     Annual
     """
-    directions, weights = suns
-    unshaded = projection_in_front(context.patches.normal, directions).astype(float) @ weights
+    (directions, weights), normal = suns, context.patches.normal
+    facing = work_in_slices(
+        lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights, len(normal), context.threads
+    )
+    unshaded = np.concatenate([np.zeros(0), *facing])
     variance = variance_of_points([by_point], traced.covered.mean(axis=1), unshaded)
     elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
     if context.bounces and watch.points is not None:
