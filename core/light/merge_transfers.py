@@ -8,7 +8,7 @@ Each Transfer is a *round*: a complete trace with random numbers of its own (`se
 """
 
 from dataclasses import replace
-from functools import partial, reduce
+from functools import partial
 
 import numpy as np
 
@@ -40,13 +40,13 @@ def seed_of_round(seed, index):
     return seed if index == 0 else mix_seed(seed, index)
 
 
-def merge_transfers(transfers):
-    """Mean of independent Transfers of the same scene and suns, weighted by their rounds.
+def merge_rounds(total, other):
+    """Mean of two independent Transfers of the same scene and suns, weighted by their rounds.
 
     Parameters
     ----------
-    transfers : sequence of Transfer
-        Traced with the same settings and different seeds.
+    total, other : Transfer
+        Traced with the same settings and different seeds. Matrices of surfaces × suns of the first are overwritten.
 
     Returns
     -------
@@ -56,21 +56,6 @@ def merge_transfers(transfers):
     ------
     InputError
         They are of different scenes or suns.
-    """
-    first, *others = transfers
-    return reduce(merge_rounds, others, own_matrices(first)) if others else first
-
-
-def own_matrices(transfer):
-    """The same with matrices of surfaces × suns that may be overwritten: Transfer."""
-    copies = {name: np.array(getattr(transfer, name)) for name in MATRICES}
-    return replace(transfer, **copies, bare=transfer.bare and own_matrices(transfer.bare))
-
-
-def merge_rounds(total, other):
-    """Merge one Transfer into another, whose matrices of surfaces × suns are overwritten.
-
-    Parameters, result and errors as of `merge_transfers`.
     """
     check_same(total, other)
     counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))

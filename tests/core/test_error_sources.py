@@ -7,12 +7,12 @@ import pytest
 from scenes import run_gather
 from test_closed_forms import SUNS
 from test_tracing import three_houses
+from transfers import merge_all
 from weathers import ERA5
 
 from citypv.core.accuracy.error_budget import budget_groups, shares_of_sky_model, suggest_more
 from citypv.core.accuracy.yield_errors import SOURCES, split_errors
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once
@@ -55,7 +55,7 @@ def test_merged_rounds_lower_what_is_sampled_and_nothing_else(run):
     others = [
         run_gather(three_houses(), SUNS, samples=64, shadow_samples=16, threads=1, seed=seed) for seed in (5, 6, 7)
     ]
-    one, four = (split_errors(kept, weather, energy) for kept in (transfer, merge_transfers([transfer, *others])))
+    one, four = (split_errors(kept, weather, energy) for kept in (transfer, merge_all([transfer, *others])))
     for source in ("shadows", "rays"):
         ratio = (one.area @ one.variance[source]) / (four.area @ four.variance[source])
         assert ratio == pytest.approx(4, rel=0.35), source

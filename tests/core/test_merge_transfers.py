@@ -8,8 +8,9 @@ import pytest
 from test_closed_forms import SUNS, direct_relative
 from test_standard_errors import ANYWHERE, scene_and_suns
 from test_tracing import three_houses
+from transfers import merge_all
 
-from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
+from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, seed_of_round
 from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.transfer import variance_of_mean
@@ -38,7 +39,7 @@ def traced(seed, index):
 
 
 def merged(seed, rounds=ROUNDS):
-    return merge_transfers([traced(seed, index) for index in range(rounds)])
+    return merge_all([traced(seed, index) for index in range(rounds)])
 
 
 def light_of(transfer):
@@ -107,7 +108,7 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
 def test_forward_rounds_merge_too():
     scene, request = three_houses(), Request(estimator="forward", samples=8, threads=1)
     rounds = [trace_forward(scene, SUNS, replace(request, seed=seed_of_round(0, k)), silent) for k in range(3)]
-    whole = merge_transfers(rounds)
+    whole = merge_all(rounds)
     variance = np.mean([one.diffuse_relative_standard_error**2 for one in rounds], axis=0) / 3
     assert whole.diffuse_relative_standard_error**2 == pytest.approx(variance, rel=1e-9)
     assert whole.record.photons["sky"]["emitted"] == sum(one.record.photons["sky"]["emitted"] for one in rounds)
@@ -118,4 +119,4 @@ def test_rounds_of_different_suns_are_refused():
     one = trace_gather(scene, SUNS, REQUEST, silent)
     turned = replace(SUNS, direction=SUNS.direction * [-1, 1, 1])
     with pytest.raises(InputError, match="of another scene"):
-        merge_transfers([one, trace_gather(scene, turned, REQUEST, silent)])
+        merge_all([one, trace_gather(scene, turned, REQUEST, silent)])

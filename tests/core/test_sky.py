@@ -9,12 +9,12 @@ import pytest
 from planes import ALBEDO, DC, light_on_plane
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 from thorough import THOROUGH
+from transfers import merge_all
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
 from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.light.merge_transfers import merge_transfers
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import read_transfer, write_transfer
@@ -209,7 +209,7 @@ def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
 def test_the_horizon_goes_through_files_and_rounds(tmp_path):
     scene, request = open_plane(35, 200), Request(sky="perez", effects={"sky-rays": True})
     suns = suns_towards([[0.3, 0.2, 1.0]])
-    merged = merge_transfers([trace_gather(scene, suns, replace(request, seed=seed), silent) for seed in (0, 1)])
+    merged = merge_all([trace_gather(scene, suns, replace(request, seed=seed), silent) for seed in (0, 1)])
     assert merged.record.source_rays == {"horizon": 128}
     write_transfer(tmp_path / "transfer.nc", merged)
     again = read_transfer(tmp_path / "transfer.nc")

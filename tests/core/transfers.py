@@ -1,8 +1,12 @@
 """Transfers without a ray tracer: unshaded surfaces by closed forms, and random horizons."""
 
+from copy import deepcopy
+from functools import reduce
+
 import numpy as np
 
 from citypv.core.city.scene import Site, Surfaces
+from citypv.core.light.merge_transfers import merge_rounds
 from citypv.core.light.transfer import TraceRecord, Transfer
 
 
@@ -86,3 +90,8 @@ class Horizons:
         result.diffuse_relative_standard_error[:] = 0.002
         result.direct_annual_standard_error[:] = 0.003
         return result
+
+
+def merge_all(transfers):
+    """Mean of independent rounds, none of which is overwritten."""
+    return reduce(merge_rounds, transfers[1:], deepcopy(transfers[0]))
