@@ -4,13 +4,12 @@ import os
 import sys
 import threading
 import time
-from dataclasses import replace
 
 from ..core.settings.progress import SUN_STAGE, CancelledError, with_prefix
 from ..core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
-EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
+EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
 PATIENCE = 0.7  # [s] after which the window no longer waits for cancelled work of which nothing is kept
 
 
@@ -168,11 +167,10 @@ def threads_beside_window(windowed, platform=sys.platform):
 
 
 COMPILING = "compiling for this computer, only once"
-STEPS = 3
 
 
 def compile_loops(progress):
-    """Trace a small scene if the compiled loops are not kept on this computer yet; returns at once if they are.
+    """Compile the loops of a run if they are not kept on this computer yet; returns at once if they are.
 
     Parameters
     ----------
@@ -183,18 +181,10 @@ def compile_loops(progress):
 
     if is_compiled():
         return
-    from ..core.commands.plain_scenes import box, join_parts
-    from ..core.light.measure_cover import measure_cover
-    from ..core.settings.request import Request
-    from ..core.study import read_year, trace_scene
+    from ..core.rays.compile_ahead import compile_loop, read_loops
 
-    progress(COMPILING, 0, STEPS, "steps")
-    scene = join_parts(box((0, 0, 0), (10, 10, 10)))
-    scene = replace(scene, site=replace(scene.site, latitude=0.0, longitude=0.0))
-    measure_cover(scene)
-    progress(COMPILING, 1, STEPS, "steps")
-    request = Request(weather="clear-sky", suns="days:2", samples=16, shadow_samples=2)
-    weather = read_year(scene.site, request)
-    progress(COMPILING, 2, STEPS, "steps")
-    trace_scene(scene, weather, request)
-    progress(COMPILING, STEPS, STEPS, "steps")
+    loops = read_loops()
+    for number, loop in enumerate(loops):
+        progress(COMPILING, number, len(loops), "loops")
+        compile_loop(loop)
+    progress(COMPILING, len(loops), len(loops), "loops")
