@@ -40,6 +40,7 @@ PSM |= {"pressure": "Pressure"}
 
 # Missing values are at or above these numbers, or at or below that one.
 EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
+HOTTEST = 140.0  # [°F] above which a temperature is another mark of a missing value
 TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 
 HOUR = pd.Timedelta(hours=1)
@@ -68,6 +69,10 @@ def read_epw(path):
     table, place = pvlib.iotools.read_epw(io.StringIO(text))
     table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
     data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
+    hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
+    if hot.any():
+        problem = f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
+        raise InputError(path, problem, "give °C, which are (°F − 32) / 1.8")
     for name, mark in EPW_MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
     # Pressure can be computed from the altitude of the station; the other variables have no substitute.

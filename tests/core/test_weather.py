@@ -168,6 +168,13 @@ def test_files_that_are_no_weather(tmp_path):
         refuse(path, word)
 
 
+def test_an_epw_in_fahrenheit_lacks_nothing(tmp_path):
+    """As from Las Vegas: at and above 99.9 an EPW has no value."""
+    lines = [line.split(",") for line in lines_of(BARROW)]
+    hot = [",".join([*line[:6], f"{float(line[6]) * 1.8 + 100}", *line[7:]]) for line in lines[8:]]
+    refuse(write_lines(tmp_path / "f.epw", [*lines_of(BARROW)[:8], *hot]), "Dry Bulb Temperature", "in °C; give °C")
+
+
 @pytest.mark.parametrize("dropped", [1, 3])
 def test_an_epw_without_its_last_columns_has_a_cure_that_works(tmp_path, dropped):
     """As of TMY2: without albedo and rain; the cure is typed as it stands."""
