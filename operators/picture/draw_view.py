@@ -19,6 +19,7 @@ PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with a
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
+SMALLEST = 0.7  # of that size, at which charts are drawn in a narrow view
 NAMES = 18  # height above the curves for their names [pixels]
 LINE = 15  # of the legend's note, from one to the next [pixels]
 LETTERS = "JFMAMJJASOND"
@@ -124,8 +125,13 @@ def draw_charts():
     charts = read_charts(find_coloured("show_charts"))
     if charts is None:
         return
-    pixel, height = bpy.context.preferences.system.ui_scale, bpy.context.region.height
-    left, bottom = 64 * pixel, min(216 * pixel, max(height - (2 * HEIGHT + GAP + 90) * pixel, 190 * pixel))
+    whole, region = bpy.context.preferences.system.ui_scale, bpy.context.region
+    # At most a third of the view's width; where letters would be too small to read, there are none.
+    share = min(1.0, region.width / (3 * (WIDTH + 28) * whole))
+    if share < SMALLEST:
+        return
+    pixel = share * whole
+    left, bottom = 64 * whole, min(216 * whole, max(region.height - (2 * HEIGHT + GAP + 90) * pixel, 190 * whole))
     draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 54) * pixel), PAPER)
     draw_curves(charts[1], left, bottom, pixel)
     draw_months(charts[0], left, bottom + (HEIGHT + GAP) * pixel, pixel)
