@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ..settings.errors import InputError, count_of
+from ..settings.errors import InputError, count_of, list_some
 from ..settings.progress import ignore_share, report_part
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
@@ -171,10 +171,12 @@ def _name_ground(scene):
     rows = found[surfaces.kind[found] != "ground"]
     if len(rows):
         surfaces.kind[rows], surfaces.orientation[rows], surfaces.eligible[rows] = "ground", "none", False
-        names = ", ".join(dict.fromkeys(surfaces.building_id[k] for k in rows[:5]))
+        names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
+        others = set(np.delete(np.array(surfaces.building_id, dtype=object), rows))
+        scene.report.building_count -= len(set(names) - others)
         scene.report.notes.append(
-            f"Ground: {names} ({surfaces.area[rows].sum():,.0f} m²) has no class and most of the city stands on it; it "
-            "carries no modules and has the ground's albedo."
+            f"Ground: {list_some(names)} ({surfaces.area[rows].sum():,.0f} m²) has no class and most of the city "
+            "stands on it; it is no building, carries no modules and has the ground's albedo."
         )
 
 
@@ -182,8 +184,8 @@ def _note_sheets(scene):
     """Report the surfaces that are lit from both sides."""
     rows = np.unique(scene.triangle_surface[scene.sheet])
     if len(rows):
-        area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows[:5]]
+        area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows]
         scene.report.notes.append(
             f"{count_of(len(rows), 'surface')} ({area:,.0f} m²) without thickness, enclosing nothing: backs receive "
-            f"and reflect light too, the row is the front as drawn: {', '.join(names)} …"
+            f"and reflect light too, the row is the front as drawn: {list_some(names)}"
         )

@@ -11,6 +11,8 @@ from itertools import count
 
 import numpy as np
 
+from ..settings.errors import list_some
+
 
 @dataclass
 class ImportReport:
@@ -41,7 +43,7 @@ class ImportReport:
     def note(self, words, names):
         """Add a sentence about some named things: their number, the words, and the first of them."""
         if names:
-            self.notes.append(f"{len(names)} {words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
+            self.notes.append(f"{len(names)} {words}: {list_some(names)}")
 
 
 @dataclass

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..settings.errors import list_some
 from .build_ground import build_ground, choose_reach, faces_up, feet_or_corners
 from .build_terrain import build_terrain
 from .check_geometry import check_terrain
@@ -80,8 +81,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
     vertices, triangles, floating, scene.lattice = laid or build_ground(placed, patch_size, **how)
     scene.floating = floating
     if len(floating):
-        names = ", ".join(scene.surfaces.surface_id[i] for i in floating[:5])
-        notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names} …")
+        names = list_some([scene.surfaces.surface_id[i] for i in floating])
+        notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names}")
     return join_ground(scene, vertices, triangles), floating
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from ..city.crowns import volume_of_crowns
 from ..patches.materials import CLEAR, describe_brdf, named_material
 from ..results.list_findings import list_findings
+from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
 from ..study import read_buildings, stand_city
 
-NAMES_SHOWN = 3
 NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}
 
 
@@ -123,7 +123,7 @@ def describe_city(found):
         f"LoDs used    {used}",
         f"CRS          {site['crs'] or 'none'}",
         f"place        {place}",
-        f"grid north   at {site['convergence']:+.4f}° from true north",
+        f"grid north   at {show_number(site['convergence'], 4, plus=True)}° from true north",
     ]
     for title in ("kinds", "thematic", "eligible"):
         lines.append(f"{title}{NOTES.get(title, '')}:")
@@ -145,7 +145,7 @@ def describe_city(found):
         for name, row in found["materials"].items()
     ]
     for finding in found["findings"]:
-        ids = ", ".join(map(str, finding["ids"][:NAMES_SHOWN])) + (" …" if finding["count"] > NAMES_SHOWN else "")
         area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
+        ids = list_some(finding["ids"])
         lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({ids})")
     return [*lines, *report["notes"]]

@@ -1,4 +1,5 @@
-"""The one error a user can cause, input that cannot be used, and checks of arrays that raise it.
+"""The one error a user can cause, input that cannot be used, how it and tables write numbers and names, and checks of
+arrays that raise it.
 
 Each error names the array, the row and the cure.
 """
@@ -30,6 +31,22 @@ class InputError(ValueError):
 def count_of(number, noun, write="{:,}".format):
     """A number of things in words: 1 surface, 1,200 surfaces."""
     return f"{write(number)} {noun}{'' if number == 1 else 's'}"
+
+
+def show_number(value, digits, *, plus=False):
+    """A number with commas between thousands and a true minus; never −0, nor +0 where `plus` is asked for."""
+    value = round(float(value), digits) + 0.0  # −0 + 0 is 0
+    return f"{'+' if plus and value > 0 else ''}{value:,.{digits}f}".replace("-", "−")
+
+
+def show_end(name, most=15):
+    """An id, of at most so many characters: those at its end tell one from another."""
+    return name if len(name) <= most else f"…{name[1 - most :]}"
+
+
+def list_some(names, most=3):
+    """The first of some ids by their ends, and " …" where there are more."""
+    return ", ".join(map(show_end, names[:most])) + (" …" if len(names) > most else "")
 
 
 def first_true(mask):

@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError, count_of
+from ...core.settings.errors import InputError, count_of, list_some, show_number
 from ..attributes import KIND_CODES, ORIENTATION_CODES, PREFIX, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..run_step import Action, OfCity
@@ -90,7 +90,7 @@ def describe_import(scene):
         north, east = "N" if site.latitude >= 0 else "S", "E" if site.longitude >= 0 else "W"
         place = f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}"
         lines.append(f"{place}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m")
-    lines.append(f"Grid north: {site.convergence:+.4f}° from true north")
+    lines.append(f"Grid north: {show_number(site.convergence, 4, plus=True)}° from true north")
     return lines + list(report.notes)
 
 
@@ -145,9 +145,7 @@ def find_faces(item, key):
 
 def describe_row(row):
     """One line for a row: count, area, first ids."""
-    first = row["ids"].split("\n", NAMES_SHOWN)
-    names = ", ".join(first[:NAMES_SHOWN]) + (" …" if len(first) > NAMES_SHOWN else "")
-    return " · ".join(filter(None, (row["count"], row["area"], names)))
+    return " · ".join(filter(None, (row["count"], row["area"], list_some(row["ids"].split("\n")))))
 
 
 def write_out(item):

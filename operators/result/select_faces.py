@@ -3,13 +3,13 @@
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError, count_of
+from ...core.settings.errors import InputError, count_of, list_some
 from ..attributes import PREFIX, read_array, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..in_place import FACE, OBJECT, is_in_place, is_seen, list_taken
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city
-from .keep_report import NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
+from .keep_report import describe_row, find_faces, find_row, read_rows
 
 HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
 
@@ -140,5 +140,5 @@ class SelectBuildings(OfCity, Action, bpy.types.Operator):
         if not len(wanted):
             raise InputError(city.name, "no faces are selected", "select faces in edit mode")
         select_faces(context, city, np.isin(building, wanted))
-        names = ", ".join(city[BUILDINGS][k] for k in wanted[:NAMES_SHOWN].tolist())
-        return f"{count_of(len(wanted), 'building')}: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}"
+        names = list_some([city[BUILDINGS][k] for k in wanted.tolist()])
+        return f"{count_of(len(wanted), 'building')}: {names}"

@@ -41,7 +41,7 @@ def test_import_says_what_was_read(addon, row_file):
     assert lines[4] == "Reference system: EPSG:25833"
     # From pyproj's own grid of Berlin: 52.5010° N, 13.3796° E; the convergence there is -1.286°.
     assert re.fullmatch(r"52\.501\d\d° N, 13\.379\d\d° E, altitude 30\.0\xa0m", lines[5])
-    assert re.fullmatch(r"Grid north: -1\.2[89]\d\d° from true north", lines[6])
+    assert re.fullmatch(r"Grid north: −1\.2[89]\d\d° from true north", lines[6])
     counts = {row["name"]: (row["count"], row["area"]) for row in read_rows(city, "kind")}
     # Walls 10 × 6 and 8 × 6 with a gable of 8 × 3 / 2, twice each; roofs 10 × 5, twice.
     assert counts == {"facade": ("8", "480 m²"), "roof": ("4", "200 m²"), "downward": ("2", "160 m²")}

@@ -12,6 +12,7 @@ from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.city import ImportReport
 from citypv.core.commands.inspect_city import describe_city, inspect_city
 from citypv.core.results.list_findings import list_findings
+from citypv.core.settings.errors import list_some, show_number
 from citypv.core.settings.request import Request
 
 SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
@@ -49,6 +50,12 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}
     assert found["mended"].area == pytest.approx(city_area(city, 2))
     assert (found["lost"].area, found["gone"].area) == (3.5, None)
+
+
+def test_numbers_and_ids_as_a_report_writes_them():
+    told = [show_number(value, 1, plus=True) for value in (-0.04, 0.04, -1234.56, 7)]
+    assert told == ["0.0", "0.0", "−1,234.6", "+7.0"] and show_number(-0.0, 0) == "0"
+    assert list_some(["UUID_0a1b2c3d-4e5f-6789", "b"]) == "…2c3d-4e5f-6789, b" and list_some("abcd") == "a, b, c …"
 
 
 def city_area(city, polygon):

@@ -121,6 +121,7 @@ def test_which_sheet_is_the_ground(name):
     named = scene.surfaces.kind == "ground"
     assert set(np.array(building)[named]) == expected and named[np.isin(building, list(expected))].all()
     assert not scene.surfaces.eligible[named].any() and (scene.surfaces.orientation[named] == "none").all()
+    assert scene.report.building_count == city.report.building_count - len(expected)
     assert (find_ground(scene) == named[scene.triangle_surface]).all()
     albedo = albedo_of_triangles(scene, Request(albedo=0.4, ground_albedo=0.1))
     assert (albedo == np.where(named, 0.1, 0.4)[scene.triangle_surface]).all()
