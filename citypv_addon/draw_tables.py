@@ -4,7 +4,7 @@ from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
-from ..operators.result.compare_results import percent_of, read_comparison
+from ..operators.result.compare_results import percent_of, read_comparison, show_end, write_energy, write_row
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
 from ..operators.result.summarise import COMPARISON
@@ -27,7 +27,7 @@ def draw_probed(layout, context):
     """Show what was probed, the months as bars."""
     city, _ = find_city(context.scene)
     rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
-    rows = [(name, show_end(value, 15) if name == "Building" else value) for name, value in rows]
+    rows = [(name, show_end(value) if name == "Building" else value) for name, value in rows]
     if not rows:
         return
     column, charts = layout.box().column(align=True), read_charts(city)
@@ -94,18 +94,18 @@ def draw_comparison(layout, context):
 
 def draw_change(column, row, title=""):
     """Show a row of a comparison: a building with its button, or a sum with its title; then what changes in it."""
-    before, after, change, percent = write_row(row)
+    name, before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
-        line.label(text=title or show_end(row["name"], 11))
+        line.label(text=title or name)
     else:
-        line.operator("citypv.show_building", text=show_end(row["name"], 11)).building = row["name"]
+        line.operator("citypv.show_building", text=name).building = row["name"]
     draw_numbers(line.row(align=True), (change,))
     line = column.split(factor=0.6)
     line.active = not change.startswith("(")
     line.label(text=f"   {before} → {after}")
     draw_numbers(line.row(align=True), (percent,))
-    sides = [f"{side} {write_energy(row[side], '+')}" for side in ("roofs", "facades") if row[side]]
+    sides = [f"{side} {write_energy(row[side], plus=True)}" for side in ("roofs", "facades") if row[side]]
     draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
 
 
@@ -118,25 +118,6 @@ def sort_buildings(rows, seeing):
         return row[seeing.sort_by] if seeing.sort_by != "percent" else last if isnan(value) else value
 
     return sorted(rows, key=key, reverse=seeing.sort_down)
-
-
-def write_row(row):
-    """Energy before and after, change with its standard error, and percent; in brackets what is below two errors."""
-    change = f"{write_energy(row['change'], '+')} ±{write_energy(row['error'])}"
-    noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
-    known = row["state"] != "gone" and not isnan(percent_of(row))
-    percent = f"{percent_of(row):+.1f} %".replace("-", "−") if known else row["state"]
-    return write_energy(row["before"]), write_energy(row["after"]), f"({change})" if noise else change, percent
-
-
-def write_energy(value, sign=""):
-    """Energy [MWh] with a decimal below 100."""
-    return f"{value:{sign},.{0 if abs(value) >= 100 else 1}f}".replace("-", "−")
-
-
-def show_end(name, most):
-    """An id, of at most so many characters: those at its end tell one from another."""
-    return name if len(name) <= most else f"…{name[1 - most :]}"
 
 
 def draw_cells(layout, rows):

@@ -8,6 +8,7 @@ from ..results.compare_runs import EXISTING, compare_folders
 from ..results.output_folder import whole_folder
 from ..results.write_report import compose_city, fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
+from ..settings.errors import show_number
 
 MOST_ROWS = 200  # of the page's table
 CAPTIONS = {
@@ -61,7 +62,8 @@ def describe_comparison(found):
     for state, words in STATES.items():
         sums = found.summary["sums"][state]
         if sums["buildings"]:
-            change = f"{sums['mwh_change']:+,.1f} ± {sums['mwh_change_standard_error']:.1f} MWh a year"
+            change = show_number(sums["mwh_change"], 1, plus=True)
+            change += f" ± {sums['mwh_change_standard_error']:.1f} MWh a year"
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
     return [*lines, *name_ends(found.buildings), *note_light(found)]
 
@@ -75,8 +77,9 @@ def name_ends(buildings):
     lines = []
     for words, rows in (("Lose most", losing[:3]), ("Gain most", gaining[:-4:-1])):
         if len(rows):
-            each = zip(rows["building_id"], rows["mwh_change"], strict=True)
-            lines.append(f"  {words}: {', '.join(f'{name} {change:+,.2f} MWh' for name, change in each)}")
+            changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
+            each = zip(rows["building_id"], changes, strict=True)
+            lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
     return lines
 
 
@@ -139,11 +142,11 @@ def compose_page(found):
 def numbers_of(one):
     """Sums as text, in the order of HEAD."""
     names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
-    signs = ("", "", "+", "", "+", "+")
-    return [f"{one[f'mwh_{name}']:{sign},.2f}" for name, sign in zip(names, signs, strict=True)]
+    signed = ("change", "change_roofs", "change_facades")
+    return [show_number(one[f"mwh_{name}"], 2, plus=name in signed) for name in names]
 
 
 def percent(one):
     """Change in percent as text, "–" of what was not there."""
     value = one["percent_change"]
-    return "–" if np.isnan(value) else f"{value:+.1f}"
+    return "–" if np.isnan(value) else show_number(value, 1, plus=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ..settings.errors import show_number
 from ..sun.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
 from ..sun.sun_sampling import match_suns, values_at
@@ -77,7 +78,8 @@ def describe_moment(timeline, moment):
     height = np.degrees(np.arcsin(np.clip(timeline.direction[moment, 2], -1, 1)))
     sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
     energy = f"{timeline.energy_by_month[month]:,.0f}"
-    return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{timeline.zone:+d}), {sun}; {energy} MWh in {NAMES[month]}"
+    zone = show_number(timeline.zone, 0, plus=True) if timeline.zone else ""
+    return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{zone}), {sun}; {energy} MWh in {NAMES[month]}"
 
 
 def zone_of(longitude):

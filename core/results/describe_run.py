@@ -5,7 +5,7 @@ from pathlib import PurePath
 
 from ..city.assemble_city import SHAPELESS
 from ..energy.counted_area import GROUND
-from ..settings.errors import count_of
+from ..settings.errors import count_of, show_number
 from ..settings.request import declared_settings
 from ..settings.system_settings import SECTORS
 
@@ -224,7 +224,7 @@ def list_errors(budget):
         Parts that are unknown say so.
     """
     suns = budget.get("sun_sampling") or {}
-    shift = "unknown" if suns.get("bias") is None else f"{suns['bias']:+.2f} %".replace("-", "−")
+    shift = "unknown" if suns.get("bias") is None else f"{show_number(suns['bias'], 2, plus=True)} %"
     return [
         ("Mean over all surfaces: standard error of sampling", percent(budget.get("sampling_total"), "± ")),
         ("Single surface: standard error, typical (median by area)", percent(budget.get("sampling_median"), "± ")),

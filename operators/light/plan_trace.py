@@ -4,7 +4,7 @@ from math import isfinite
 
 import bpy
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, show_number
 from ...core.settings.presets import PRESET_WORDS, PRESETS
 from ...core.settings.progress import describe_duration
 from ...core.settings.request import Request
@@ -99,7 +99,7 @@ def keep_plan(city, decisions):
             bound = f"leaves out at most {100 * one['bound']:.2g} % of full load hours"
         parts = [f"{one['extent']}: {one['reason']}", bound]
         if one["share"] is not None:
-            parts.append(f"makes {100 * one['share']:+.1f} % of them")
+            parts.append(f"makes {show_number(100 * one['share'], 1, plus=True)} % of them")
         if one["seconds"] is not None:
             parts.append(f"takes {describe_duration(one['seconds'])}")
         row = one["key"], f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)

@@ -17,7 +17,7 @@ from ...core.results.colour_map import (
     srgb_light,
     tick_step,
 )
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, show_number
 from ..attributes import CHANGE, CHANGE_ERROR, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
 
 MATERIAL = "CityPV colours"
@@ -105,7 +105,7 @@ def format_tick(value, scale):
     """Label of a tick, with the number of decimals that the tick distance needs."""
     step = tick_step(scale.low, scale.high)
     decimals = max(0, int(-np.floor(np.log10(step) + 1e-9)))
-    return f"{value + 0.0:,.{decimals}f}"
+    return show_number(value, decimals)
 
 
 def colours_of_values(scale, values):

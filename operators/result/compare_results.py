@@ -7,7 +7,7 @@ from functools import lru_cache
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError, count_of
+from ...core.settings.errors import InputError, count_of, show_end, show_number
 from ..attributes import (
     CHANGE,
     CHANGE_ERROR,
@@ -165,6 +165,24 @@ def read_comparison(text):
 def percent_of(row):
     """Change of a row in percent of what was before, NaN where there was nothing."""
     return 100 * row["change"] / row["before"] if row["before"] > 0 else float("nan")
+
+
+def write_row(row):
+    """The end of a building's id, energy before and after, change with its standard error, percent: tuple of str.
+
+    Changes below two errors are in brackets.
+    """
+    change = f"{write_energy(row['change'], plus=True)} ±{write_energy(row['error'])}"
+    noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
+    known = row["state"] != "gone" and not np.isnan(percent_of(row))
+    percent = f"{show_number(percent_of(row), 1, plus=True)} %" if known else row["state"]
+    name, before, after = show_end(row["name"], 11), write_energy(row["before"]), write_energy(row["after"])
+    return name, before, after, f"({change})" if noise else change, percent
+
+
+def write_energy(value, *, plus=False):
+    """Energy [MWh] with a decimal below 100."""
+    return show_number(value, 0 if abs(value) >= 100 else 1, plus=plus)
 
 
 class KeepBefore(OfCity, Action, bpy.types.Operator):

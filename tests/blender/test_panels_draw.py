@@ -7,11 +7,11 @@ import bpy
 import pytest
 from steps import here, run
 
-from citypv.citypv_addon.draw_tables import write_row
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators import check_libraries
 from citypv.operators.picture.draw_view import break_lines, describe_amount
+from citypv.operators.result.compare_results import write_row
 
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
 
@@ -127,8 +127,8 @@ def test_a_library_that_failed_stands_in_the_panel(addon):
     ],
 )
 def test_a_row_of_the_comparison_tells_percent_or_why_there_is_none(state, before, after, percent):
-    row = {"state": state, "before": before, "after": after, "change": after - before, "error": 0.1}
-    assert write_row(row)[3] == percent
+    row = {"name": "house", "state": state, "before": before, "after": after, "change": after - before, "error": 0.1}
+    assert write_row(row)[4] == percent
 
 
 def test_texts_over_the_view_fit_and_have_plain_numbers():

@@ -77,9 +77,9 @@ def test_neighbours_lose_and_sums_add_up(before, after):
 def test_files_and_page(before, after, folder, capfd):
     assert main(["compare", str(before.folder), str(after.folder), "--out", str(folder / "out")]) == 0
     said = capfd.readouterr().err
-    assert re.search(r"Existing buildings that stay as they are: -[\d.]+ ± [\d.]+ MWh a year", said)
+    assert re.search(r"Existing buildings that stay as they are: −[\d.]+ ± [\d.]+ MWh a year", said)
     # Neighbours alone are named: the removed house loses more, the tower gains more.
-    assert re.search(r"Lose most: a -\d+\.\d\d MWh(, b -[\d.]+ MWh)?\n", said) and "Gain most" not in said
+    assert re.search(r"Lose most: a −\d+\.\d\d MWh(, b −[\d.]+ MWh)?\n", said) and "Gain most" not in said
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "Who loses, who gains" in page and page.count("<img") == 2
     table = pd.read_csv(folder / "out" / "buildings.csv")

@@ -1,5 +1,7 @@
 """The hours of the months' average days against pvlib called directly, pandas, and the yearly energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pvlib
@@ -87,3 +89,5 @@ def test_the_months_add_up_to_the_year(berlin):
     assert text.startswith("June 12–13 h (UTC+1), sun 6")
     assert text.endswith(" MWh in June")
     assert "night" in describe_moment(timeline, 0)
+    zones = [describe_moment(replace(timeline, zone=zone), 0).split("(")[1][:5] for zone in (0, -5)]
+    assert zones == ["UTC),", "UTC−5"]

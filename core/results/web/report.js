@@ -182,7 +182,10 @@ async function begin() {
   city = await unpack(byId("data").textContent);
   rows = sumBuildings();
   if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
-  if (city.building_change) COLUMNS.splice(4, 0, { name: "change", title: "Change [MWh]", digits: 2 });
+  if (city.building_change) {
+    COLUMNS.splice(4, 0, { name: "change", title: "Change [MWh]", digits: 2, plus: "+" });
+    Object.assign(order, { column: 4, down: false }); // the largest loss first
+  }
   byId("search").addEventListener("input", () => {
     order.shown = PAGE_OF_ROWS;
     showTable();

@@ -47,9 +47,12 @@ function button(text, act) {
   return element;
 }
 
-function format(value, digits) {
+// Commas between thousands, a true minus, never −0; "+" above zero only if asked for.
+function format(value, digits, plus = "") {
   if (!Number.isFinite(value)) return "–";
-  return value.toLocaleString("en-US", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  const rounded = Number(value.toFixed(digits)) || 0;
+  const text = rounded.toLocaleString("en-US", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  return (rounded > 0 ? plus : "") + text.replace("-", "−");
 }
 
 function tableRow(tag, texts, firstNumber = 1) {
@@ -342,7 +345,7 @@ function describeSurface(surface) {
   } else if (Number.isFinite(hours)) found.push(["Full load hours", `${format(hours, 1)} ± ${format(error, 1)} h`]);
   if (city.change) {
     const change = city.change[surface];
-    const words = `${change > 0 ? "+" : ""}${format(change, 1)} ± ${format(city.change_error[surface], 1)} h`;
+    const words = `${format(change, 1, "+")} ± ${format(city.change_error[surface], 1)} h`;
     if (carries(surface)) found.push(["Change of the hours", Number.isFinite(change) ? words : "new"]);
   }
   found.push(["Sky view factor", format(city.sky[surface], 3)]);
@@ -364,7 +367,7 @@ function describeBuilding(row) {
   const head = make("thead", "", tableRow("th", ["", "m²", "kWp", "MWh/a", "h"]));
   const sums = parts.length ? make("table", "", head, body) : make("p", "None of its surfaces counts.");
   const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
-  const signed = `${row.change > 0 ? "+" : ""}${format(row.change, 2)} ± ${format(row.changeError, 2)}`;
+  const signed = `${format(row.change, 2, "+")} ± ${format(row.changeError, 2)}`;
   const change = Number.isFinite(row.change) ? [make("p", `Change of its energy in a year: ${signed} MWh`)] : [];
   return [make("h3", "Building"), name, sums, ...change, ...(row.surfaces ? [foldSurfaces(row.surfaces)] : [])];
 }
@@ -430,7 +433,7 @@ function showTable() {
     return cell;
   });
   const body = found.slice(0, order.shown).map((row) => {
-    const texts = COLUMNS.map(({ name, digits }) => (digits === undefined ? "" : format(row[name], digits)));
+    const texts = COLUMNS.map(({ name, digits, plus }) => (digits === undefined ? "" : format(row[name], digits, plus)));
     const line = tableRow("td", texts);
     line.firstChild.append(button(row.id, () => chooseBuilding(row.building, true)));
     if (row.building === chosen.building) line.className = "chosen";
