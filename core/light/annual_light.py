@@ -89,13 +89,16 @@ def sum_suns(context, traced, watch, by_point, suns):
     )
 
 
-def solve_annual(context, traced, annual):
-    """Light of surfaces under all suns by their weights, reflections included: Light, per DNI."""
+def solve_annual(context, traced, annual, report=lambda done: None):
+    """Light of surfaces under all suns by their weights, reflections included: Light, per DNI.
+
+    `report` is that of `solve_light`.
+    """
     patches = context.patches
     keys = patches.key ^ mix(patches.points_before.astype(np.uint64))
     light = np.repeat(annual.light[:, None].astype(np.float32), HEMISPHERE_REPLICATES, axis=1)
     first = FirstLight(light, annual.elements, *deviations_of_spread(annual.spread.copy(), keys))
-    return solve_light(context, traced, first, annual.lit_ground, points=annual.variance)
+    return solve_light(context, traced, first, annual.lit_ground, points=annual.variance, report=report)
 
 
 def add_points(one, new, share, *, keys, before, whole, covered):

@@ -20,7 +20,7 @@ from ..settings.threads import map_in_order, usable_threads
 from .kept_matrix import area_means, cover_of_surfaces
 
 COVER_STAGE = "finding interior surfaces"
-PATCHES_PER_TASK = 1 << 12
+PATCHES_PER_TASK = 1 << 11
 
 
 def measure_cover(scene, threads=None, progress=silent):

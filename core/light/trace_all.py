@@ -133,6 +133,8 @@ def trace_all(context, known=None):
             one.samples[chosen] = count
         left = chosen if known is None else chosen & ~known.put(found, chosen)
         done += count * int((chosen & ~left).sum())
+        if done:
+            context.progress(STAGE, done, most, "rays")
         for parts in trace_rows(context, np.flatnonzero(left), count):
             for one, part in zip(found, parts, strict=True):
                 one.put(part)

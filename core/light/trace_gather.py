@@ -19,7 +19,7 @@ from .measure_cover import average_room, list_clearances, measure_room_of_patche
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_dome, solve_source
 from .solve_radiosity import Exchange, covariance_of_replicates, find_bounces, radiosity_factor
-from .solve_suns import SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
+from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_interruption, variance_of_mean
@@ -119,8 +119,13 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
     if known and known.preview:
         look_at_all(context, traced, task)
+
+        def report(_):
+            progress(LOOKING, len(task.suns), len(task.suns), "suns")
+
         for one, light, annual in zip(traced, lights, task.annual, strict=True):
-            light[SUNS] = solve_annual(context, one, annual)
+            report(0)
+            light[SUNS] = solve_annual(context, one, annual, report)
             known.preview(light[SKY_DOME].mean, light[SUNS].mean)
         clock.lap("preview")
     direct = solve_suns(context, traced, task, hooks, folder=folder)
