@@ -18,17 +18,15 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import Clock
 from ..sun.horizon import without_hidden
 from ..sun.sky_models import RAYS_SHARE
-from .annual_light import Annual, add_points, solve_annual, sum_suns
-from .kept_matrix import average_surfaces, keep_matrix, row_blocks
+from .annual_light import add_points, solve_annual
+from .kept_matrix import keep_matrix, row_blocks
 from .merge_transfers import add_columns, merge_records
 from .shadow_points import points_above
 from .solve_radiosity import element_factors
-from .solve_suns import look_at_block, prepare_suns
-from .sun_blocks import block_of_suns
+from .solve_suns import prepare_suns, solve_suns
 from .trace_all import STAGE, fill_closed_forms
-from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies
+from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies, tell_work
 from .trace_hemisphere import trace_rows
-from .traced import SKY_DOME
 
 
 class Round(NamedTuple):
@@ -72,45 +70,28 @@ def add_round(city, part, progress, folder=None):
             one.factor = element_factors(context, one)
     clock.lap(STAGE)
     lights = [solve_skies(context, one, None, clock) for one in traced]
-    looked, shadow_rays = look_at_suns(more, traced, city.task.suns, folder)
-    found = []
-    for state, light, (points, visible_share) in zip(city.states, lights, looked, strict=True):
-        annual = add_points(
+    task = prepare_suns(more, traced, without_hidden(city.task.suns, context.plan.terrain))
+    task.reflects, task.whole = False, True
+    direct = solve_suns(more, traced, task, [None] * len(traced), folder=folder)
+    for state, light, found in zip(city.states, lights, direct, strict=True):
+        found.annual = add_points(
             state.direct.annual,
-            points,
+            found.annual,
             np.where(more.patches.receives, part.size / (before + part.size), 0),
             keys=context.patches.key,
             before=before * context.points,
             whole=more.full,
             covered=state.traced.covered_share,
         )
-        light[SUNS] = solve_annual(context, state.traced, annual)
-        reflected = scale_reflected(context, state, annual, light[SUNS], folder)
-        found.append(Further(light, annual, visible_share, reflected))
+        light[SUNS] = solve_annual(context, state.traced, found.annual)
+        found.reflected = scale_reflected(context, state, found.annual, light[SUNS], folder)
     clock.lap("suns")
     rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
-    work = {
-        "hemisphere_rays": rays.pop(SKY_DOME),
-        "source_rays": rays,
-        "shadow_rays": shadow_rays,
-        "seconds": clock.seconds,
-        "processor_seconds": clock.processor_seconds,
-        "embree_thread_seconds": context.ray_scene.thread_seconds - seconds,
-    }
-    states = []
-    for state, light in zip(city.states, found, strict=True):
-        states.append(with_round(context, state, light, part, work))
+    work, states = tell_work(context, (rays, direct[0].ray_count), clock, seconds), []
+    for state, light, found in zip(city.states, lights, direct, strict=True):
+        states.append(with_round(context, state, (light, found), part, work))
         work |= {"seconds": {}, "processor_seconds": {}}
     return replace(city, states=states)
-
-
-class Further(NamedTuple):
-    """Light of one state of the trees with a further round."""
-
-    lights: dict  # of all rounds, as of TracedState
-    annual: Annual  # likewise
-    visible_share: np.ndarray  # (n, s) float32, by the new points
-    reflected: np.ndarray  # (n, s) float32, of all rounds
 
 
 def continue_points(city, part, before, progress):
@@ -147,34 +128,6 @@ def append_rays(context, traced, size, before):
             context.progress(STAGE, done, most, "rays")
 
 
-def look_at_suns(context, traced, suns, folder):
-    """Look at all suns from the next points of patches that receive light.
-
-    Returns
-    -------
-    list of tuple of Annual and (n, s) float32
-        Of these points in each state of the trees, with the visible share.
-    int
-        Number of rays.
-    """
-    task = prepare_suns(context, traced, without_hidden(suns, context.plan.terrain))
-    to_surface, normal, threads = context.patch_to_surface, context.patches.normal, context.threads
-    visible = [keep_matrix((to_surface.shape[0], len(suns)), folder) for _ in traced]
-    sums, rays = np.zeros((len(traced), len(normal), context.points), np.float32), 0
-    task.progress.bounces = 0
-    for block in task.blocks:
-        task.progress.begin(block)
-        looked, part = look_at_block(context, task, block, task.progress.report_rays), block_of_suns(task.suns, block)
-        for shadows, share in zip(looked, visible, strict=True):
-            average_surfaces(to_surface, shadows.visible_share, threads, out=share[:, block])
-        sums += [shadows.light_of_points(normal, part, threads) for shadows in looked]
-        rays += looked[0].ray_count
-        task.progress.end()
-    every = block_of_suns(task.suns, slice(None))
-    light = [sum_suns(context, one, task.watch, by_point, every) for one, by_point in zip(traced, sums, strict=True)]
-    return list(zip(light, visible, strict=True)), rays
-
-
 def scale_reflected(context, state, annual, light, folder):
     """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
     all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
@@ -190,20 +143,20 @@ def scale_reflected(context, state, annual, light, folder):
 
 
 def with_round(context, state, more, part, work):
-    """TracedState with the Further light of a Round, whose rays and seconds are `work`, fields of TraceRecord.
+    """TracedState with a Round, whose rays and seconds are `work`, fields of TraceRecord.
 
-    Its visible shares are overwritten.
+    `more` are the lights of all rounds, as of TracedState, and the suns' SunLight: its visible share is by the new
+    points, all else of it by all. Visible shares of the state are overwritten.
     """
-    total = state.transfer
+    total, (lights, suns) = state.transfer, more
     record, weight = replace(total.record, rounds=part.size, **work), part.size / (total.record.rounds + part.size)
     everywhere = np.full(len(total.surfaces), weight)
-    add_columns(total.visible_share, more.visible_share, everywhere if part.counted is None else weight * part.counted)
+    add_columns(total.visible_share, suns.visible_share, everywhere if part.counted is None else weight * part.counted)
     record = replace(
         merge_records(total.record, record, weight),
-        **shares_of_record(more.lights),
+        **shares_of_record(lights),
         degrees_of_freedom=total.record.degrees_of_freedom,
     )
-    light = light_of_surfaces(context, state.traced, more.lights, more.annual)
-    transfer = replace(total, **light, direct_reflected=more.reflected, record=record)
-    direct = replace(state.direct, annual=more.annual)
-    return replace(state, lights=more.lights, direct=direct, transfer=transfer)
+    light = light_of_surfaces(context, state.traced, lights, suns.annual)
+    transfer = replace(total, **light, direct_reflected=suns.reflected, record=record)
+    return replace(state, lights=lights, direct=replace(state.direct, annual=suns.annual), transfer=transfer)

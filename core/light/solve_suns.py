@@ -25,7 +25,7 @@ class SunLight:
     """Irradiance of n surfaces under each of s suns, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
-    reflected: np.ndarray  # (n, s) float32, without the first reflection off the far ground
+    reflected: np.ndarray | None  # (n, s) float32, without the first reflection off the far ground; None: not wanted
     kept: int  # number of suns; fewer than all after an interruption
     annual: Annual | None = None  # direct light of patches, of all suns
     specular: np.ndarray | float = 0.0  # (r, n) float64, annual light by way of mirrors, glossy faces and glass
@@ -44,6 +44,8 @@ class SunTask:
     bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
     known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
     annual: list | None = None  # of Annual, in each state of trees, once all suns were looked at
+    reflects: bool = True  # whether what patches reflect of each sun is wanted
+    whole: bool = False  # whether none are wanted after an interruption, as of an edit or a further round
 
 
 def prepare_suns(context, traced, suns, known=None):
@@ -66,7 +68,7 @@ def prepare_suns(context, traced, suns, known=None):
     if context.editable:
         shape = context.ray_scene.states, len(patches), -(-context.points // WORD), len(suns)
         task.bits = np.zeros(shape, np.uint16)
-    task.known = known and known.shadows(watch)
+    task.known, task.whole = known and known.shadows(watch), known is not None
     return task
 
 
@@ -149,7 +151,7 @@ def first_reflections(context, traced, shadows, directions):
 def solve_suns(context, traced, task, hooks, *, folder=None):
     """Visible share and reflected irradiance of the surfaces for every sun, in blocks of suns.
 
-    If the task is cancelled, the blocks that are finished in all states are kept.
+    If the task is cancelled, the blocks that are finished in all states are kept, unless all are wanted or none.
 
     Parameters
     ----------
@@ -174,8 +176,11 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     suns, progress, done = task.suns, task.progress, []
     sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     shape = context.patch_to_surface.shape[0], len(suns)
-    found = [SunLight(keep_matrix(shape, folder), keep_matrix(shape, folder), len(suns)) for _ in traced]
-    progress.bounces = len(traced) * context.bounces
+    found = [
+        SunLight(keep_matrix(shape, folder), keep_matrix(shape, folder) if task.reflects else None, len(suns))
+        for _ in traced
+    ]
+    progress.bounces = len(traced) * context.bounces * task.reflects
     try:
         for block in task.blocks:
             progress.begin(block)
@@ -193,7 +198,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             progress.end()
     except CancelledError:
         kept = count_kept(suns, done)
-        if not kept or task.known:  # an edit is traced to its end or not at all
+        if not kept or task.whole:
             raise
         for light in found:
             light.kept = kept
@@ -223,7 +228,7 @@ def solve_block(context, traced, shadows, task, block, *, specular, found):
     """
     part, to_surface, threads = block_of_suns(task.suns, block), context.patch_to_surface, context.threads
     weighted = 0.0
-    if context.bounces:
+    if context.bounces and task.reflects:
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
         once = first_reflections(context, traced, shadows, part.directions)

@@ -140,7 +140,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock.lap("room for modules")
     task.known = task.annual = None
     found = TracedCity(prepared, context, task, [], room)
-    common = tell_work(context, traced[0], direct[0], clock, traced_before)
+    common = tell_work(context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before)
     common["interrupted"] = note_interruption(direct[0].kept, len(suns))
     suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
     for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
@@ -154,17 +154,21 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     return found
 
 
-def tell_work(context, traced, direct, clock, before):
-    """What a run traced in all states of trees: dict, fields of TraceRecord; Embree had taken `before` seconds."""
+def tell_work(context, counts, clock, before):
+    """What a run or a round traced in all states of trees: dict, fields of TraceRecord.
+
+    `counts` are rays towards the sky and its sources, a dict, and towards the suns; Embree had taken `before` seconds.
+    """
+    rays, shadow_rays = counts
     return {
         "request": context.request.as_dict(),
         "max_bounces": context.bounces,
         "patches": len(context.patches),
         "threads": context.threads,
         "engine": context.ray_scene.engine,
-        "hemisphere_rays": traced.ray_count[SKY_DOME],
-        "source_rays": {source.name: traced.ray_count[source.name] for source in context.plan.sources},
-        "shadow_rays": direct.ray_count,
+        "hemisphere_rays": rays[SKY_DOME],
+        "source_rays": {source.name: rays[source.name] for source in context.plan.sources},
+        "shadow_rays": shadow_rays,
         "seconds": clock.seconds,
         "processor_seconds": clock.processor_seconds,
         "embree_thread_seconds": context.ray_scene.thread_seconds - before,
