@@ -33,7 +33,7 @@ class Job:
         self.result, self.error = None, None
         self._stop, self.dropped = threading.Event(), False
         self.keeps, self._asked, self._after = False, 0.0, after
-        self._stages, self._began = stages or {}, time.monotonic()
+        self._stages, self._began, self._before = stages or {}, time.monotonic(), 0.0
         self._stage, self._started = None, 0.0
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
 
@@ -83,12 +83,13 @@ class Job:
         self.keeps |= stage == SUN_STAGE
         now = time.monotonic()
         if stage != self._stage:
-            # Loops are compiled once on a computer: that time tells nothing of the rest.
-            self._began += now - self._started if self._stage == COMPILING else 0.0
+            if self._stage == COMPILING:  # once on a computer: what went before tells nothing of the rest
+                self._began, self._before = now, self.share
             self._stage, self._started = stage, now
         self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
         self.stage = stage
-        self.left = describe_left(now - self._began, self.share) if stage != COMPILING else ""
+        share = (self.share - self._before) / (1 - self._before)
+        self.left = describe_left(now - self._began, share) if stage != COMPILING else ""
         told = done and unit and now > self._started
         self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
 

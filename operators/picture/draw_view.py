@@ -126,8 +126,9 @@ def draw_charts():
     if charts is None:
         return
     whole, region = bpy.context.preferences.system.ui_scale, bpy.context.region
-    # At most a third of the view's width; where letters would be too small to read, there are none.
-    share = min(1.0, region.width / (3 * (WIDTH + 28) * whole))
+    # At most a third of what the sidebar leaves; where letters would be too small to read, there are none.
+    free = region.width - sum(other.width for other in bpy.context.area.regions if other.type == "UI")
+    share = min(1.0, free / (3 * (WIDTH + 28) * whole))
     if share < SMALLEST:
         return
     pixel = share * whole

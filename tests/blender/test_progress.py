@@ -55,7 +55,7 @@ def test_the_time_of_compiling_is_not_counted_in_the_time_left(monkeypatch):
     job = Job("Trace light", lambda progress: None, {COMPILING: 1.0, "sky": 9.0})
     for stage, now in ((COMPILING, 101.0), (COMPILING, 141.0), ("sky", 141.0), ("sky", 150.0)):
         job.progress(stage, (now - 101) / 40 if stage == COMPILING else (now - 141) / 18, 1, "")
-        assert job.left == ("about 8 s left" if now == 150 else "")  # 10 s for 55 %
+        assert job.left == ("about 9 s left" if now == 150 else "")  # 9 s for half of the rest
 
 
 def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
