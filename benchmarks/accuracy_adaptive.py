@@ -5,7 +5,6 @@ and 16 points; from then on surfaces that are known well enough get no more samp
 tracing, of all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
 """
 
-import copy
 import time
 from dataclasses import replace
 from functools import partial
@@ -46,7 +45,7 @@ def light_errors(transfer, wanted):
 
 
 def refine_to(targets, scene, suns, request, wanted):
-    """Transfer and processor seconds for each target [%], one after the other; the first round is that of all of them.
+    """Transfer and processor seconds for each target [%], one after the other.
 
     Parameters
     ----------
@@ -57,12 +56,11 @@ def refine_to(targets, scene, suns, request, wanted):
     wanted : (n,) bool
         Surfaces whose errors count.
     """
-    before = time.process_time()
-    prepared = replace(build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True)
-    first = trace_run(scene, None, request, prepared=prepared)
-    spent = time.process_time() - before
     for target in targets:
-        seconds = [spent]
+        before = time.process_time()
+        prepared = replace(build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True)
+        first = trace_run(scene, None, request, prepared=prepared)
+        seconds = [time.process_time() - before]
 
         def trace(run, part, seconds=seconds):
             started = time.process_time()
@@ -75,4 +73,4 @@ def refine_to(targets, scene, suns, request, wanted):
 
         goal = Goal(target, time.monotonic() + MOST_SECONDS, largest_round(request), choose)
         errors = partial(light_errors, wanted=wanted)
-        yield target, refine(copy.deepcopy(first), errors, goal, trace, lambda line: None), sum(seconds)
+        yield target, refine(first, errors, goal, trace, lambda line: None), sum(seconds)
