@@ -18,11 +18,8 @@ from .light_errors import (
     propagate_deviations,
     reflect_elements,
 )
-from .solve_radiosity import exchange_of, radiosity_factor, sum_reflections
-from .traced import SKY_DOME
+from .solve_radiosity import exchange_of, sum_reflections
 from .transfer import variance_of_mean
-
-STAGE = "reflections of the sky"
 
 
 @dataclass
@@ -79,35 +76,4 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
         reflections = ReflectedError(light, transported, steps)
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     found.error = errors_of_surfaces(to_surface, points + variance_of_mean(by_replicate), reflections)
-    return found
-
-
-def solve_dome(context, traced):
-    """Light of the isotropic sky: Light, per DHI."""
-
-    def report(done):
-        context.progress(STAGE, done, context.bounces + 1, "bounces")
-
-    first, albedo = traced.first[SKY_DOME], context.request.ground_albedo
-    if not context.bounces:
-        return solve_light(context, traced, first)
-    report(0)
-    found = solve_light(context, traced, first, albedo, report=report)
-    report(context.bounces + 1)
-    return found
-
-
-def solve_source(context, traced, name, specular=None):
-    """Light of a source in the sky on the surfaces: Light, in its unit.
-
-    Parameters
-    ----------
-    name : str
-    specular : SpecularLight, optional
-        Light by way of mirrors, glossy faces and glass.
-    """
-    found = solve_light(context, traced, traced.first[name])
-    if specular:
-        factor = radiosity_factor(context.patches, traced.covered_share)
-        found.add(specular.of_source(name, factor * found.by_replicate.mean(axis=1)))
     return found

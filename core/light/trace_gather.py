@@ -17,7 +17,7 @@ from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces
 from .measure_cover import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
-from .solve_light import solve_dome, solve_source
+from .solve_light import solve_light
 from .solve_radiosity import Exchange, covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
@@ -25,6 +25,7 @@ from .traced import SKY_DOME, Traced
 from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_interruption, variance_of_mean
 
 SUNS = "suns"  # the name of their light, summed by their weights
+SKIES = "reflections of the sky"  # stage
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
 
@@ -74,8 +75,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
     specular : callable, optional
-        `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and glass: `of_sky`,
-        `of_source` and `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
+        `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and glass: `of_sky` and
+        `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
 
     Returns
     -------
@@ -176,18 +177,27 @@ def tell_work(context, counts, clock, before):
     }
 
 
-def solve_skies(context, traced, hooks, clock):
+def solve_skies(context, traced, hook, clock):
     """Light of the sky and of each source in it, by way of mirrors too: dict of Light."""
-    lights = {SKY_DOME: (dome := solve_dome(context, traced))}
-    if hooks:
-        factor = radiosity_factor(context.patches, traced.covered_share)
-        dome.add(hooks.of_sky(factor * dome.by_replicate.mean(axis=1)))
+    lights, factor = {}, radiosity_factor(context.patches, traced.covered_share)
+    done, steps = 0, context.bounces + 1
+
+    def report(bounces):
+        context.progress(SKIES, done + bounces, steps * len(traced.first), "bounces")
+
+    for name, first in traced.first.items():
+        if context.bounces:
+            report(0)
+        ground_albedo = context.request.ground_albedo if name == SKY_DOME else 0.0
+        light = lights[name] = solve_light(context, traced, first, ground_albedo, report=report)
+        if hook:
+            light.add(hook.of_sky(name, factor * light.by_replicate.mean(axis=1)))
+        clock.lap("diffuse reflections" if name == SKY_DOME else name)
+        done += steps
+    if context.bounces:
+        report(0)
     if not context.keeps:
         traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
-    clock.lap("diffuse reflections")
-    for source in context.plan.sources:
-        lights[source.name] = solve_source(context, traced, source.name, hooks)
-        clock.lap(source.name)
     return lights
 
 

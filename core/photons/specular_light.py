@@ -20,6 +20,7 @@ from scipy import sparse
 from ..light.prepare_scene import prepare_scene
 from ..light.trace_all import GatherContext
 from ..light.trace_gather import trace_gather
+from ..light.traced import SKY_DOME
 from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
 from ..sun.horizon import is_above
@@ -55,8 +56,7 @@ class Surroundings:
 class SpecularLight:
     """Hooks for gather: irradiance of surfaces by paths with a reflection at the faces."""
 
-    of_sky: Callable  # radiosity of patches under the sky, (p,) -> (r, n)
-    of_source: Callable  # name of a traced part of the sky, radiosity of patches under it (p,) -> (r, n)
+    of_sky: Callable  # name of the sky or a traced part of it, radiosity of patches under it (p,) -> (r, n)
     of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
 
 
@@ -81,10 +81,9 @@ def trace_specular(prepared, context, traced, state=0):
     faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     task = SpecularPass(context, target, faces)
     around = trace_surroundings(task)
-    of_sky = around.sky + context.request.ground_albedo * around.far_ground
+    skies = {SKY_DOME: around.sky + context.request.ground_albedo * around.far_ground, **around.sources}
     return SpecularLight(
-        of_sky=lambda radiosity: of_sky + from_patches(around, radiosity),
-        of_source=lambda name, radiosity: around.sources[name] + from_patches(around, radiosity),
+        of_sky=lambda name, radiosity: skies[name] + from_patches(around, radiosity),
         of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
     )
 
