@@ -1,13 +1,11 @@
 """Laws of reflection: Lambertian, mirror, glossy, glass.
 
-Each is a dataclass with the same three functions. Directions are unit vectors in the local frame of the surface, whose
-normal is z; both point away from it: `arriving` points to where the light comes from.
-
-    sample(arriving, draws)      one sampled direction `leaving` per row, and its sample weight `share`
-    pdf(arriving, leaving)       probability density of those directions [1/sr]; 0 for specular (delta) BRDFs
-    evaluate(arriving, leaving)  reflected radiance over incident irradiance [1/sr]; 0 likewise
-
-The share is evaluate · cos / pdf: its mean is the directional reflectance. `albedo` is its upper bound.
+Each is a dataclass; all but Lambert's, whose directions are `cosine_direction`, have `sample(arriving, draws)`: from
+(n, 3) float and (n, 2 or more) uniform random numbers, one direction `leaving` per row, (n, 3) float64, and its weight
+`share`, (n,) float64: reflected radiance · cosine / density. Its mean is the directional reflectance, `albedo` its
+upper bound.
+Directions are unit vectors in the local frame of the surface, whose normal is z; both point away from it: `arriving`
+points to where the light comes from.
 """
 
 from dataclasses import dataclass
@@ -20,32 +18,6 @@ class Lambertian:
     """Same radiance in all directions."""
 
     albedo: float
-
-    def sample(self, arriving, draws):
-        """Cosine-distributed directions.
-
-        Parameters
-        ----------
-        arriving : (n, 3) float
-        draws : (n, 2 or more) float
-            Uniform random numbers.
-
-        Returns
-        -------
-        leaving : (n, 3) float64
-        share : (n,) float64
-        """
-        radius, angle = np.sqrt(draws[:, 0].astype(float)), 2 * np.pi * draws[:, 1].astype(float)
-        leaving = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)])
-        return leaving, np.full(len(leaving), float(self.albedo))
-
-    def pdf(self, arriving, leaving):
-        """cos/π above the surface: (n,) float64 [1/sr]."""
-        return np.maximum(leaving[:, 2], 0) / np.pi
-
-    def evaluate(self, arriving, leaving):
-        """ρ/π above the surface: (n,) float64 [1/sr]."""
-        return np.where((arriving[:, 2] > 0) & (leaving[:, 2] > 0), self.albedo / np.pi, 0.0)
 
 
 MIRRORED = np.array([-1.0, -1.0, 1.0])
@@ -60,14 +32,6 @@ class Mirror:
     def sample(self, arriving, draws):
         """Specular direction: leaving (n, 3) and share (n,) float64."""
         return arriving * MIRRORED, np.full(len(arriving), float(self.albedo))
-
-    def pdf(self, arriving, leaving):
-        """Zero, as the distribution is a delta function: (n,)."""
-        return np.zeros(len(leaving))
-
-    def evaluate(self, arriving, leaving):
-        """Zero in all other directions: (n,)."""
-        return np.zeros(len(leaving))
 
 
 @dataclass(frozen=True)
@@ -94,32 +58,6 @@ class Glossy:
         above = np.where(leaving[:, 2] > 0, leaving[:, 2], 1.0)
         masked, shadowed = hidden(arriving[:, 2], self.roughness), hidden(above, self.roughness)
         return leaving, np.where(leaving[:, 2] > 0, self.albedo * (1 + masked) / (1 + masked + shadowed), 0.0)
-
-    def pdf(self, arriving, leaving):
-        """Density of visible normals times the Jacobian of reflection: (n,) float64 [1/sr]."""
-        facet = halfway(arriving, leaving)
-        density = facet_density(facet, self.roughness) / (1 + hidden(arriving[:, 2], self.roughness))
-        return np.where(leaving[:, 2] > 0, density / (4 * arriving[:, 2]), 0.0)
-
-    def evaluate(self, arriving, leaving):
-        """ρ D G / (4 cos cos): (n,) float64 [1/sr]."""
-        both = (arriving[:, 2] > 0) & (leaving[:, 2] > 0)
-        one, other = np.where(both, arriving[:, 2], 1.0), np.where(both, leaving[:, 2], 1.0)
-        open_share = 1 / (1 + hidden(one, self.roughness) + hidden(other, self.roughness))
-        facets = facet_density(halfway(arriving, leaving), self.roughness)
-        return np.where(both, self.albedo * facets * open_share / (4 * one * other), 0.0)
-
-
-def halfway(arriving, leaving):
-    """Half vector of two directions: (n, 3) float64."""
-    facet = arriving + leaving
-    return facet / np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), np.finfo(float).tiny)
-
-
-def facet_density(facet, roughness):
-    """Distribution of normals D: facet area per solid angle of the normal [1/sr]."""
-    squeezed = facet[:, 2] ** 2 * (roughness**2 - 1) + 1
-    return np.where(facet[:, 2] > 0, roughness**2 / (np.pi * squeezed**2), 0.0)
 
 
 def hidden(cosine, roughness):
@@ -163,14 +101,6 @@ class Glass:
     def sample(self, arriving, draws):
         """Specular direction with Fresnel reflectance: leaving (n, 3) and share (n,) float64."""
         return arriving * MIRRORED, reflect_interfaces(arriving[:, 2], self.refractive_index, self.interfaces)
-
-    def pdf(self, arriving, leaving):
-        """Zero, as the distribution is a delta function: (n,)."""
-        return np.zeros(len(leaving))
-
-    def evaluate(self, arriving, leaving):
-        """Zero in all other directions: (n,)."""
-        return np.zeros(len(leaving))
 
 
 def reflect_interfaces(cosine, refractive_index, interfaces):

@@ -8,13 +8,14 @@ from test_closed_forms import SUNS, tilted_square
 from test_tracing import three_houses
 
 from citypv.core.commands.plain_scenes import room
-from citypv.core.patches.brdfs import Lambertian, Mirror
+from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, leave_patches, meet_fronts, reflect_photons
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
+from citypv.core.rays.sample_points import cosine_direction
 from citypv.core.settings.errors import InputError
 
 
@@ -100,8 +101,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     count = 20_000
     generator = np.random.default_rng(0)
     places = HitPlaces(generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
-    local, _ = Lambertian(1.0).sample(np.zeros((count, 3)), generator.random((count, 2)))
-    _, outwards = leave_patches(patches, places, local.T)
+    _, outwards = leave_patches(patches, places, cosine_direction(*generator.random((2, count))))
     photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))
     received = np.bincount(places[0], photons.weight, 12)
     tally = Tally()
