@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..city.crowns import volume_of_crowns
-from ..patches.materials import CLEAR, describe_brdf, named_material
+from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
@@ -66,15 +66,6 @@ def inspect_city(paths, request, progress=silent):
             for finding in list_findings(scene)
         ],
     }
-
-
-def describe_finish(finish):
-    """The reflection of a material in words; "" if unknown."""
-    if finish is None:
-        return ""
-    brdf = finish.brdf()
-    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
-    return f"{finish.material}: {words}" if finish.material else words
 
 
 def describe_trees(crowns):

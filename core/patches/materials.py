@@ -134,6 +134,15 @@ def describe_brdf(brdf):
     return {Lambertian: "evenly", Mirror: "as a mirror", Glass: "as glass or water"}[type(brdf)]
 
 
+def describe_finish(finish):
+    """The reflection of a material, a MaterialSpec or None, in words; "" if unknown."""
+    if finish is None:
+        return ""
+    brdf = finish.brdf()
+    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
+    return f"{finish.material}: {words}" if finish.material else words
+
+
 WEIGHTS = (0.2126, 0.7152, 0.0722)
 DECIMALS = 4  # of an albedo
 HALF = 0.5

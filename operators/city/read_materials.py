@@ -10,7 +10,7 @@ from ...core.patches.materials import (
     DIFFUSE,
     MaterialSpec,
     albedo_of_colour,
-    describe_brdf,
+    describe_finish,
     named_material,
     recognise_material,
     shader_material,
@@ -165,11 +165,6 @@ def read_shader(material):
 def describe_material(material):
     """Description of a material's reflection for the panel."""
     try:
-        finish = read_finish(material)
-        if finish is None:
-            return f"One value: {UNREAD}"
-        brdf = finish.brdf()
+        return describe_finish(read_finish(material)) or f"One value: {UNREAD}"
     except InputError as error:
         return f"{error.source}: {error.problem}"
-    words = f"Reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
-    return f"{finish.material}: {words}" if finish.material else words

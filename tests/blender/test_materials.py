@@ -169,12 +169,12 @@ def test_the_users_choice_counts_before_name_and_shader(addon):
     assert read_finish(material) == MaterialSpec(material="brick")
     material.citypv_material = "Slate"
     assert read_finish(material) == MaterialSpec(material="slate")
-    assert describe_material(material) == "slate: Reflects evenly, albedo 0.100"
+    assert describe_material(material) == "slate: reflects evenly, albedo 0.100"
     material.citypv_material = "glossy:0.2"
     assert read_finish(material).material == "glossy:0.2"
     assert read_finish(material).albedo == pytest.approx(0.2566, abs=1e-9)
     material.citypv_material = "double glazing"
-    assert describe_material(material) == "double glazing: Reflects as glass or water"
+    assert describe_material(material) == "double glazing: reflects as glass or water"
     material.citypv_material = "cheese"
     assert describe_material(material).startswith("cheese: is not a known material")
     other = build_material("from a file", RED)
