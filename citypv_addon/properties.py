@@ -64,7 +64,7 @@ ORDERS = [
     ("facades", "Facades", "Change of energy of the facades"),
 ]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
-SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
+SHOWN = [(one.name, one.title, f"{one.title}, of the frame") for one in VIEWS if one.name in TIMED]
 
 
 WEATHER_FILE = StringProperty(  # of a scene, and of what new ones begin with

@@ -25,49 +25,22 @@ ORIENTATION_CODES |= {"northeast": 5, "southeast": 6, "southwest": 7, "northwest
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
-def _view(name, owner, meaning, title, legend_unit):
-    return Column(name, owner, meaning, "", title=title, legend_unit=legend_unit)
-
-
 QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
 CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
 CHANGE_ERROR = "full_load_hours_change_standard_error"
 COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")
-VIEWS = (
-    _view(
-        "direct_irradiance",
-        "timeline",
-        "direct irradiance at the frame's hour, reflections included",
-        "Direct irradiance",
-        "W/m²",
-    ),
-    _view("month_hours", "timeline", "full load hours of the frame's month", "Hours of the month", "h"),
-    _view(
-        "seconds_to_halve",
-        "energy",
-        "time of further rounds that halve the standard error of the full load hours; grey where none is enough",
-        "Seconds to halve the standard error",
-        "s",
-    ),
-    _view(
-        CHANGE_ERROR,
-        "energy",
-        "standard error of the change of the full load hours, where both results are independent",
-        "Standard error of the change of the full load hours",
-        "h per year",
-    ),
-    *(
-        _view(
-            CHANGE + one.name, one.owner, f"after minus before: {one.meaning}", f"Change: {one.title}", one.legend_unit
-        )
-        for one in QUANTITIES
-        if one.name in COMPARED
-    ),
+VIEWS = tuple(
+    Column(name, owner, title, "", title=title, legend_unit=unit)
+    for name, owner, title, unit in (
+        ("direct_irradiance", "timeline", "Direct irradiance", "W/m²"),
+        ("month_hours", "timeline", "Hours of the month", "h"),
+        ("seconds_to_halve", "energy", "Seconds to halve the standard error", "s"),
+        (CHANGE_ERROR, "energy", "Standard error of the change of the full load hours", "h per year"),
+        *((CHANGE + q.name, q.owner, f"Change: {q.title}", q.legend_unit) for q in QUANTITIES if q.name in COMPARED),
+    )
 )
 RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
 TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in RESULTS.values()}
-
-
 _TYPES = {"INT": np.int32, "FLOAT": np.float32}
 
 

@@ -60,11 +60,8 @@ def remember_beside(city):
 
 def list_beside(city):
     """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor made by CityPV."""
-    own, names = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set(), set()
-    for scene in city.users_scene:
-        for item in scene.objects:
-            solid = (item.type == "MESH" and len(item.data.polygons)) or item.instance_collection is not None
-            mine = item in own or (OWNER in item and item[OWNER] == city.get(IDENTITY))
-            if solid and PREFIX + "part" not in item and not mine:
-                names |= {item.name} if item.visible_get(view_layer=scene.view_layers[0]) else set()
-    return sorted(names)
+    own = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
+    seen = {item for one in city.users_scene for item in one.objects if item.visible_get(view_layer=one.view_layers[0])}
+    others = [item for item in seen - own if PREFIX + "part" not in item and item.get(OWNER, "") != city.get(IDENTITY)]
+    solid = [one for one in others if one.instance_collection or (one.type == "MESH" and len(one.data.polygons))]
+    return sorted(item.name for item in solid)

@@ -5,12 +5,11 @@ import sys
 import threading
 import time
 
-from ..core.settings.progress import SUN_STAGE, CancelledError, with_prefix
+from ..core.settings.progress import CancelledError, with_prefix
 from ..core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
-PATIENCE = 0.7  # [s] after which the window no longer waits for cancelled work of which nothing is kept
 
 
 class Job:
@@ -23,16 +22,13 @@ class Job:
         Called as work(progress) in the thread.
     stages : dict of str to float, optional
         Stages of the work in their order, with the time that each takes relative to the others.
-    after : Job, optional
-        A cancelled one that may not have ended yet: this one begins after it.
     """
 
-    def __init__(self, title, work, stages=None, after=None):
+    def __init__(self, title, work, stages=None):
         self.title, self.share = title, 0.0
         self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
         self._stop, self.dropped = threading.Event(), False
-        self.keeps, self._asked, self._after = False, 0.0, after
         self._stages, self._began, self._before = stages or {}, time.monotonic(), 0.0
         self._stage, self._started = None, 0.0
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
@@ -41,10 +37,9 @@ class Job:
         """Start the work."""
         self._thread.start()
 
-    def cancel(self):
+    def cancel(self, *, drop=False):
         """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
-        self.dropped = self.cancelled
-        self._asked = self._asked or time.monotonic()
+        self.dropped = drop or self.cancelled
         self._stop.set()
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
         self.rate = self.left = ""
@@ -70,17 +65,10 @@ class Job:
         """Whether the work is still running."""
         return self._thread.is_alive()
 
-    @property
-    def overdue(self):
-        """Whether the work goes on although it was cancelled a while ago and nothing of it is kept."""
-        late = self.cancelled and time.monotonic() - self._asked > PATIENCE
-        return late and self.running and (self.dropped or not self.keeps)
-
     def progress(self, stage, done, total, unit):
         """Receive a progress report of core (see `core.progress`)."""
         if self.cancelled:
             raise CancelledError
-        self.keeps |= stage == SUN_STAGE
         now = time.monotonic()
         if stage != self._stage:
             if self._stage == COMPILING:  # once on a computer: what went before tells nothing of the rest
@@ -96,9 +84,6 @@ class Job:
     def _run(self, work):
         # Errors are reported in Blender's main thread.
         give_way()
-        if self._after is not None:
-            self._after.join()
-            self._after = None
         try:
             with name_libraries():
                 self.result = work(self.progress)

@@ -47,7 +47,8 @@ POLYGONS = PREFIX + "polygons"  # ids of the polygons that it was made of; a fac
 ORIGINAL = PREFIX + "original"  # digest of the shape in which it was made of a building of the files
 POLYGON = "polygon"
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
-PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
+PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")  # properties of modifiers that count, but for those of panels
+UNSEEN = ("show_expanded", "is_active")
 
 
 def begin_design(city, earlier=None):
@@ -62,7 +63,7 @@ def begin_design(city, earlier=None):
 def remember_mesh(city):
     """Store on a city the shape of its own mesh, and of its ground."""
     city[MESH], city[RESHAPED] = describe_mesh(city), False
-    city[GROUND], city[RELAID] = describe_ground(city) or [], False
+    city[GROUND], city[RELAID] = describe_ground(city), False
 
 
 def remember_design(city, design):
@@ -118,10 +119,11 @@ def describe_design(city, lineage=None, seen=None):
     """
     digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
     seen = list_seen(city) if seen is None else seen
+    originals = originals_of(city, seen)
     for item, name in seen.items():
-        if not is_original(city, item, name):
+        if name not in originals:
             digest.update(name.encode() + describe_object(city, item))
-    digest.update(repr(sorted(removed_of(city) - originals_of(city, seen))).encode())
+    digest.update(repr(sorted(removed_of(city) - originals)).encode())
     return digest.hexdigest()
 
 
@@ -132,12 +134,8 @@ def removed_of(city):
 
 def originals_of(city, seen):
     """Ids of the buildings that are objects of their own, and as in the files: set of str."""
-    return {name for item, name in seen.items() if is_original(city, item, name)}
-
-
-def is_original(city, item, name):
-    """Whether an object is a building of the files, unchanged."""
-    return item.get(BUILDING) == name and item.get(ORIGINAL) == describe_object(city, item).hex()
+    pairs = [(item, name) for item, name in seen.items() if item.get(BUILDING) == name]
+    return {name for item, name in pairs if item.get(ORIGINAL) == describe_object(city, item).hex()}
 
 
 def describe_object(city, item):
@@ -161,9 +159,8 @@ def describe_shape(item):
         if graph is not None and any(one.type == "NODES" for one in item.modifiers):
             told.append(read_array(item.evaluated_get(graph).data.vertices, "co", 3).tobytes())  # their inputs count
     for modifier in own_modifiers(item):
-        plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
-        kept = [name for name in plain if name not in ("show_expanded", "is_active")]
-        told.append(repr([str(getattr(modifier, name)) for name in kept]).encode())
+        kept = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
+        told.append(repr([str(getattr(modifier, name)) for name in kept if name not in UNSEEN]).encode())
     return b"".join(told)
 
 
@@ -186,22 +183,16 @@ def describe_mesh(city):
 
 
 def describe_ground(city):
-    """Digests of a city's ground as it lies in the scene, and as it lies below the city: list of two str, or None.
+    """Digests of a city's ground as it lies in the scene, and as it lies below the city: list of str.
 
-    None without a ground in the scene: then no other is seen. The two may be moved together, and the city alone.
+    Empty without a ground in the scene: then no other is seen. The two may be moved together, and the city alone.
     """
     ground = city.get(PREFIX + "ground")
     if ground is None or not ground.users_scene:
-        return None
+        return []
     places, shape = [np.array(ground.matrix_basis) for _ in range(2)], describe_shape(ground)
     places[1][:3, 3] -= np.array(city.location)
     return [hashlib.sha256(matrix.round(4).tobytes() + shape).hexdigest() for matrix in places]
-
-
-def is_relaid(city):
-    """Whether the ground of a city is seen in another shape, or elsewhere, than when it was laid."""
-    now, laid = describe_ground(city), city.get(GROUND)
-    return bool(now and laid) and not {*now} & {*laid}
 
 
 def name_faces(item, building):
@@ -260,10 +251,7 @@ def describe_edit(city):
     if city.get(ADDED):
         return city[ADDED], "add it to the city, or hide it"
     if city.get(RELAID):
-        return (
-            "its ground was edited",
-            "undo that, or classify again, which lays it anew (other terrain: a file)",
-        )
+        return "its ground was edited", "undo that, or classify again, which lays it anew (other terrain: a file)"
     cure = "press Update" if can_update(city) else "classify and trace the city again"
     if city.get(RESHAPED):
         return "its mesh was edited", cure

@@ -5,7 +5,6 @@ Errors are told in one line, in the words of the panel.
 
 import functools
 import re
-import time
 from contextlib import nullcontext
 
 import bpy
@@ -17,8 +16,7 @@ from .check_libraries import name_libraries, note_failure
 from .job import Job
 from .session import find_city, find_session
 
-TICK = 0.1  # polling interval [s]
-REDRAW = 0.5  # between two pictures of the progress [s]: drawing them takes time from the work
+TICK = 0.25  # between two looks at the work [s]: drawing its progress takes time from it
 PHRASES = {  # of the command line -> of properties that have another type in the panel; the longer ones first
     "--latitude D --longitude D": "Own location",
     "--weather-place LATITUDE LONGITUDE": "Measured at (latitude and longitude)",
@@ -84,14 +82,12 @@ class Step:
     Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
     modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
     of use by itself (the suns that were traced), or changes nothing. After Esc twice it changes nothing in any case.
-    Work ends at its next report, which may be far in a large city; where nothing is kept, the window does not wait.
+    Work ends at its next report, which may be far in a large city.
     """
 
     bl_options = {"REGISTER", "UNDO"}
     current = None  # the running job; the panels show it below the button with its title
     _job = None  # the work, once it has begun
-    _ending = None  # a cancelled job that the window did not wait for
-    _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`
@@ -113,7 +109,8 @@ class Step:
             with name_libraries():
                 result = self.work(self.prepare(context), silent)
             leave_edit_mode(context)
-            return self._tell(self.finish(context, result))
+            self.report({"INFO"}, self.finish(context, result))
+            return {"FINISHED"}
         except (InputError, ImportError) as error:
             return refuse(self, error)
 
@@ -129,8 +126,8 @@ class Step:
         except (InputError, ImportError) as error:
             return refuse(self, error)
         self._scene = context.scene.session_uid
-        self._job = Job(self.bl_label, functools.partial(self.work, task), self.expect(task), Step._ending)
-        Step.current, Step._ending = self._job, None
+        self._job = Job(self.bl_label, functools.partial(self.work, task), self.expect(task))
+        Step.current = self._job
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
@@ -143,27 +140,18 @@ class Step:
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
             self._show_progress(context)
-            if self._job.overdue:
-                Step._ending = self._job
-                self._leave(context)
-                return self._tell_cancelled()
             if not self._job.running:
                 return self._end(context)
         return {"PASS_THROUGH"}
 
     def _show_progress(self, context):
-        # At once when it was cancelled, else only so often.
-        now, cancelled = time.monotonic(), (self._job.cancelled, self._job.dropped)
-        if now - self._drawn[0] >= REDRAW or cancelled != self._drawn[1]:
-            self._drawn = now, cancelled
-            context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
-            redraw_panels(context)
+        context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
+        redraw_panels(context)
         try:
             with in_scene(context, self._scene):
                 self.refine(context)
         except InputError as problem:  # the user may have deleted what the step works on
-            self._job.cancel()
-            self._job.cancel()
+            self._job.cancel(drop=True)
             refuse(self, problem)
 
     def cancel(self, context):
@@ -177,14 +165,18 @@ class Step:
         self._leave(context)
         error = self._job.error
         if isinstance(error, CancelledError) or (error is None and self._job.dropped):
-            return self._tell_cancelled()
+            kept = self.name_kept()
+            told = f"kept: {kept}" if kept else "nothing was changed"
+            self.report({"WARNING"}, f"{self.bl_label} was cancelled; {told}")
+            return {"FINISHED"} if kept else {"CANCELLED"}
         try:
             if error is not None:
                 raise error
             leave_edit_mode(context)
             with in_scene(context, self._scene):
                 told = self.finish(context, self._job.result)
-            return self._tell(told, "WARNING" if self._job.cancelled else "INFO")
+            self.report({"WARNING" if self._job.cancelled else "INFO"}, told)
+            return {"FINISHED"}
         except (InputError, ImportError) as problem:
             return refuse(self, problem)
         finally:
@@ -195,15 +187,6 @@ class Step:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
         redraw_panels(context)
-
-    def _tell_cancelled(self):
-        kept = self.name_kept()
-        self.report({"WARNING"}, f"{self.bl_label} was cancelled; {f'kept: {kept}' if kept else 'nothing was changed'}")
-        return {"FINISHED"} if kept else {"CANCELLED"}
-
-    def _tell(self, text, level="INFO"):
-        self.report({level}, text)
-        return {"FINISHED"}
 
 
 class CancelStep(bpy.types.Operator):

@@ -69,9 +69,8 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         """Show the scene in place of the imported mesh, coloured by kind."""
         before, session, seen, findings = result
         show_kinds(context, before, session, findings, seen)
-        scene = session.scene
-        eligible = scene.surfaces.eligible.sum()
-        return f"{count_of(len(scene.surfaces), 'surface')}, {eligible} of them eligible for photovoltaics"
+        surfaces = session.scene.surfaces
+        return f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for photovoltaics"
 
 
 def show_kinds(context, before, session, findings, seen=None):

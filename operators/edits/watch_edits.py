@@ -13,6 +13,7 @@ from ..in_place import ADDED, is_seen
 from ..light.keep_transfer import keep_transfers
 from ..members import (
     DESIGN,
+    GROUND,
     MESH,
     REDESIGNED,
     RELAID,
@@ -21,10 +22,10 @@ from ..members import (
     can_update,
     describe_added,
     describe_design,
+    describe_ground,
     describe_mesh,
     has_edits,
     hinders_update,
-    is_relaid,
     list_members,
     next_lineage,
 )
@@ -69,7 +70,8 @@ def note_edits(city, *, own=True):
         return
     if own:
         note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
-        note_change(city, RELAID, is_relaid(city))
+        now, laid = ({*digests} for digests in (describe_ground(city), city.get(GROUND, ())))
+        note_change(city, RELAID, bool(now and laid and not now & laid))
     note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
 
 
@@ -91,18 +93,13 @@ def find_work():
             if is_editing(bpy.context):
                 continue
         try:
-            state = state_here(scene, city)
+            settings = read_settings(scene.citypv)
         except InputError:  # a file of the settings is missing: the step that needs it tells
             continue
+        state = describe_design(city, next_lineage(city) if city.get(RESHAPED) else None), repr(settings)
         if scene.citypv_seeing.live or find_state(state) is not None:
             return window, state
     return None
-
-
-def state_here(scene, city):
-    """What `Session.state` is of a city as it is seen."""
-    lineage = next_lineage(city) if city.get(RESHAPED) else None
-    return describe_design(city, lineage), repr(read_settings(scene.citypv))
 
 
 @persistent
@@ -112,15 +109,12 @@ def watch():
     if found is None or UpdateCity.tried == found[1]:
         return TICK
     window, _ = found
-    if Step.current is not None:
-        if Step.current.title == UpdateCity.bl_label:
-            Step.current.cancel()
-            Step.current.cancel()
-        return TICK
-    area = next((area for area in window.screen.areas if area.type == "VIEW_3D"), None)
-    if area is not None:
-        with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
-            bpy.ops.citypv.update("INVOKE_DEFAULT")
+    if Step.current is None:
+        for area in [area for area in window.screen.areas if area.type == "VIEW_3D"][:1]:
+            with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
+                bpy.ops.citypv.update("INVOKE_DEFAULT")
+    elif Step.current.title == UpdateCity.bl_label:
+        Step.current.cancel(drop=True)
     return TICK
 
 

@@ -51,11 +51,14 @@ def build_legend(scene, camera, scale, note=""):
     if note:
         page.write(note, page.width - LEFT, below, TEXT_SIZE, "RIGHT")
     # A strip of narrow faces in the material of the city.
-    page.strip(np.linspace(scale.low, scale.high, 1 + (len(scale.classes) or 256)), scale)
+    edges = np.linspace(0.0, 1.0, 1 + (len(scale.classes) or 256))
+    bar = page.strip(BAR_WIDTH * edges, BAR_HEIGHT, (LEFT, BAR_BOTTOM), bpy.data.materials[MATERIAL])
+    middles = scale.low + (edges[:-1] + edges[1:]) / 2 * (scale.high - scale.low)
+    write_colours(bar, colours_of_values(scale, middles))
     for share, text in scale.labels():
         place = LEFT + BAR_WIDTH * share
         if not scale.classes:
-            page.rectangle(place - 0.0008, BAR_BOTTOM - 0.008, 0.0016, 0.008)
+            page.strip(np.array([0.0, 0.0016]), 0.008, (place - 0.0008, BAR_BOTTOM - 0.008))
         page.write(text, place, below, TEXT_SIZE, "CENTER")
     return collection
 
@@ -98,22 +101,13 @@ class _Page:
             curve.font = self.font
         self._hang("CityPV text", curve, self.ink, x, y)
 
-    def rectangle(self, x, y, width, height):
-        """Draw a filled rectangle of ink."""
-        self._hang("CityPV tick", self._strip_mesh(np.array([0.0, width]), height), self.ink, x, y)
-
-    def strip(self, edges, scale):
-        """Draw the colour bar: one face between two edges, with the value in its middle."""
-        mesh = self._strip_mesh((edges - edges[0]) / (edges[-1] - edges[0]) * BAR_WIDTH, BAR_HEIGHT)
-        middles = (edges[:-1] + edges[1:]) / 2
-        write_colours(mesh, colours_of_values(scale, middles))
-        self._hang("CityPV colour bar", mesh, bpy.data.materials[MATERIAL], LEFT, BAR_BOTTOM)
-
-    def _strip_mesh(self, edges, height):
+    def strip(self, edges, height, place, material=None):
+        """Draw a strip from a place on, one face between two edges, in ink or a material; return its mesh."""
         vertices = [(float(x) * self.scale, y * self.scale, 0.0) for x in edges for y in (0.0, height)]
         faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(edges) - 1)]
         mesh = bpy.data.meshes.new("CityPV legend")
         mesh.from_pydata(vertices, [], faces)
+        self._hang("CityPV tick" if material is None else "CityPV colour bar", mesh, material or self.ink, *place)
         return mesh
 
     def _hang(self, name, data, material, x, y):

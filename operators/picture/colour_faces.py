@@ -20,7 +20,7 @@ from ...core.results.colour_map import (
 from ...core.settings.errors import InputError, show_number
 from ..attributes import CHANGE, CHANGE_ERROR, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
 
-MATERIAL = "CityPV colours"
+MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
 COLOUR_ATTRIBUTE = PREFIX + "colour"
 RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
@@ -70,7 +70,8 @@ class ColourScale:
         if self.classes:
             return [((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)]
         shares = (self.ticks - self.low) / (self.high - self.low)
-        return [(share, format_tick(tick, self)) for share, tick in zip(shares.tolist(), self.ticks, strict=True)]
+        decimals = max(0, int(-np.floor(np.log10(tick_step(self.low, self.high)) + 1e-9)))
+        return [(share, show_number(tick, decimals)) for share, tick in zip(shares, self.ticks, strict=True)]
 
 
 def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
@@ -101,23 +102,14 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
 
 
-def format_tick(value, scale):
-    """Label of a tick, with the number of decimals that the tick distance needs."""
-    step = tick_step(scale.low, scale.high)
-    decimals = max(0, int(-np.floor(np.log10(step) + 1e-9)))
-    return show_number(value, decimals)
-
-
 def colours_of_values(scale, values):
     """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
     place = (np.asarray(values, dtype=float) - scale.low) / (scale.high - scale.low)
-    colours = np.tile(srgb_colour(MISSING), (len(place), 1))
+    colours, count = np.tile(srgb_colour(MISSING), (len(place), 1)), len(scale.stops)
     known = np.isfinite(place)
     place = np.clip(place[known], 0, 1)
-    if scale.classes:
-        colours[known] = scale.stops[np.minimum((place * len(scale.stops)).astype(int), len(scale.stops) - 1)]
-        return colours
-    colours[known] = srgb_light(mix_stops(scale.stops, place))
+    of_class = scale.stops[np.minimum((place * count).astype(int), count - 1)]
+    colours[known] = of_class if scale.classes else srgb_light(mix_stops(scale.stops, place))
     return colours
 
 
@@ -155,7 +147,9 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     if low is None and high is None and RANGE + attribute in city:
         low, high = city[RANGE + attribute]
     elif attribute.startswith(CHANGE):  # zero is in the middle
-        values = hide_noise(city, attribute, values)
+        errors = read_face_attribute(city.data, CHANGE_ERROR) if attribute == CHANGE + "full_load_hours" else None
+        if errors is not None:  # below two of them a change is grey; what differs by nothing is no noise
+            values = np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
         changed = np.nan_to_num(values) != 0
         ends = np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2)
         found = choose_range(*ends) if changed.any() else (-1.0, 1.0)
@@ -170,23 +164,24 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
     city[PREFIX + "colour_map"] = colour_map
     if ground is not None:
-        _set_material(ground.data, build_ground_material())
+        # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
+        nodes, links, colour = _start_emission(GROUND_MATERIAL)
+        occlusion = nodes.new("ShaderNodeAmbientOcclusion")
+        occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
+        occlusion.inputs["Color"].default_value = linear_colour(GROUND)
+        links.new(occlusion.outputs["Color"], colour)
+        _set_material(ground.data, GROUND_MATERIAL)
         write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
 
 
-def hide_noise(city, attribute, values):
-    """Values of a difference, (f,); NaN, which is grey, where it is known to be below two of its standard errors.
-
-    What differs by nothing is no noise.
-    """
-    errors = read_face_attribute(city.data, CHANGE_ERROR) if attribute == CHANGE + "full_load_hours" else None
-    return values if errors is None else np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
-
-
 def paint_mesh(mesh, values, scale):
-    """Give the faces of a mesh the colours of their values, (f,); grey without a value."""
-    _set_material(mesh, build_colour_material())
+    """Give the faces of a mesh the colours of their values, (f,), as they are in any light; grey without a value."""
+    nodes, links, colour = _start_emission(MATERIAL)
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
+    links.new(attribute.outputs["Color"], colour)
+    _set_material(mesh, MATERIAL)
     write_colours(mesh, colours_of_values(scale, values))
 
 
@@ -201,34 +196,13 @@ def read_scale(city):
 
 def show_exact_colours(scene):
     """Set the scene's view transform to Standard: all others distort the colour scale."""
-    scene.view_settings.view_transform = "Standard"
-    scene.view_settings.look = "None"
-    scene.view_settings.exposure = 0.0
-    scene.view_settings.gamma = 1.0
-
-
-def build_colour_material():
-    """Emission material that shows the colours of the faces as they are, independent of lighting."""
-    nodes, links, colour = _start_emission(MATERIAL)
-    attribute = nodes.new("ShaderNodeAttribute")
-    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
-    links.new(attribute.outputs["Color"], colour)
-    return bpy.data.materials[MATERIAL]
+    view = scene.view_settings
+    view.view_transform, view.look, view.exposure, view.gamma = "Standard", "None", 0.0, 1.0
 
 
 def build_plain_material(name, colour):
     """Emission material of one colour (six hexadecimal digits, sRGB)."""
     _start_emission(name)[2].default_value = linear_colour(colour)
-    return bpy.data.materials[name]
-
-
-def build_ground_material(name="CityPV ground"):
-    """Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker."""
-    nodes, links, colour = _start_emission(name)
-    occlusion = nodes.new("ShaderNodeAmbientOcclusion")
-    occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
-    occlusion.inputs["Color"].default_value = linear_colour(GROUND)
-    links.new(occlusion.outputs["Color"], colour)
     return bpy.data.materials[name]
 
 
@@ -251,9 +225,9 @@ def _start_emission(name):
     return nodes, links, emission.inputs["Color"]
 
 
-def _set_material(mesh, material):
+def _set_material(mesh, name):
     mesh.materials.clear()
-    mesh.materials.append(material)
+    mesh.materials.append(bpy.data.materials[name])
     mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
 
 
@@ -263,8 +237,7 @@ def write_colours(mesh, colours):
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
     corners = read_array(mesh.polygons, "loop_total", dtype=np.int32)
-    rgba = np.ones((len(mesh.loops), 4), dtype=np.float32)
-    rgba[:, :3] = np.repeat(colours, corners, axis=0)
+    rgba = np.insert(np.repeat(colours, corners, axis=0), 3, 1.0, axis=1).astype(np.float32)
     attribute.data.foreach_set("color_srgb", rgba.ravel())
     mesh.color_attributes.active_color = attribute
     mesh.update()

@@ -1,5 +1,7 @@
 """What CityPV draws over the 3D view: the legend of the coloured city, charts of what was probed, selected faces."""
 
+import textwrap
+
 import blf
 import bpy
 import gpu
@@ -12,7 +14,7 @@ from ..result.probe_faces import CURVES, read_charts
 from ..result.select_faces import HIGHLIGHT, read_selection
 from ..session import find_city
 from .build_legend import note_of
-from .colour_faces import read_scale
+from .colour_faces import colours_of_values, read_scale
 from .colour_user_meshes import user_meshes_coloured
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with alpha
@@ -21,13 +23,13 @@ LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0)
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
 SMALLEST = 0.7  # of that size, at which charts are drawn in a narrow view
 NAMES = 18  # height above the curves for their names [pixels]
-LINE = 15  # of the legend's note, from one to the next [pixels]
+LINE, LETTERS_OF_NOTE = 15, 84  # of the legend's note: from one line to the next [pixels], and letters on one
+BOXES = 110  # of colours along the bar
 LETTERS = "JFMAMJJASOND"
 SELECTED = (1.0, 0.35, 0.0, 0.75)
 LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
 
 _handlers = []
-_kept = {"key": None, "batch": None}
 
 
 def start_drawing():
@@ -65,7 +67,7 @@ def draw_legend():
         return
     pixel = bpy.context.preferences.system.ui_scale
     blf.size(0, 11 * pixel)
-    lines = break_lines(note_of(city, scale.attribute), 500 * pixel)
+    lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
     deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
     left, bottom, width, height = 76 * pixel, 46 * pixel + deep, 440 * pixel, 16 * pixel
@@ -76,29 +78,10 @@ def draw_legend():
         write_text(line, left, bottom - (37 + LINE * number) * pixel, 11 * pixel)
     for share, text in scale.labels():
         write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
-    stops = [(*stop.tolist(), 1.0) for stop in scale.stops]
-    if scale.classes:
-        step = width / len(stops)
-        for place, stop in enumerate(stops):
-            draw_box((left + place * step, bottom, step, height), stop)
-        return
-    # The graphics card interpolates colours between two stops.
-    places = np.linspace(left, left + width, len(stops)).tolist()
-    points = [(x, y) for x in places for y in (bottom, bottom + height)]
-    shader, colours = gpu.shader.from_builtin("SMOOTH_COLOR"), [stop for stop in stops for _ in range(2)]
-    batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
-
-
-def break_lines(text, width):
-    """Lines of a text, at least one, that are no wider than this [pixels] in the size of letters set last."""
-    lines = [""]
-    for word in text.split():
-        longer = f"{lines[-1]} {word}".lstrip()
-        if lines[-1] and blf.dimensions(0, longer)[0] > width:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines
+    values = np.arange(len(scale.classes)) if scale.classes else np.linspace(scale.low, scale.high, BOXES)
+    step = width / len(values)
+    for place, colour in enumerate(colours_of_values(scale, values).tolist()):
+        draw_box((left + place * step, bottom, step, height), (*colour, 1.0))
 
 
 def draw_box(box, colour):
@@ -183,27 +166,17 @@ def draw_highlight():
     city, _ = find_city(scene)
     if city is None or not city.get(HIGHLIGHT) or city.mode != "OBJECT" or not is_seen(city):
         return
-    points = lift_faces(city.data)
-    if not len(points):
-        return
+    # Corners of the selected triangles, lifted off them a little: the city's faces are triangles.
+    mesh, chosen = city.data, read_selection(city.data)
+    points, normals = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "normal", 3)[chosen]
+    lift = LIFT * float(np.linalg.norm(city.dimensions)) / city.scale[0]
+    lifted = points[read_corners(mesh).reshape(-1, 3)[chosen]] + np.float32(lift) * normals[:, None]
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    key = city.session_uid, hash(points.tobytes())
-    if _kept["key"] != key:
-        _kept["key"], _kept["batch"] = key, batch_for_shader(shader, "TRIS", {"pos": points})
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(city.matrix_world)
         shader.uniform_float("color", SELECTED)
-        _kept["batch"].draw(shader)
+        batch_for_shader(shader, "TRIS", {"pos": lifted.reshape(-1, 3)}).draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
-
-
-def lift_faces(mesh):
-    """Corners of the selected triangles of a mesh, lifted off them a little: (3 k, 3) float32 [m]."""
-    chosen, points = read_selection(mesh), read_array(mesh.vertices, "co", 3)
-    normals = read_array(mesh.polygons, "normal", 3)[chosen]
-    lift = LIFT * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
-    triangles = points[read_corners(mesh).reshape(-1, 3)[chosen]]  # the city's faces are triangles
-    return np.ascontiguousarray((triangles + lift * normals[:, None]).reshape(-1, 3))

@@ -176,20 +176,15 @@ def light_scene(stage, direction, dni, dhi):
         show_objects(stage, lamp)
     lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
     lamp.data.energy = STRENGTH * dni if up else 0.0
-    world = bpy.data.worlds.get(SKY) or _add_sky()
+    if SKY not in bpy.data.worlds:
+        nodes, links, output = start_nodes(bpy.data.worlds.new(SKY), "ShaderNodeOutputWorld")
+        texture, background = nodes.new("ShaderNodeTexSky"), nodes.new("ShaderNodeBackground")
+        texture.name, background.name = "Sky Texture", "Background"
+        texture.sky_type = "HOSEK_WILKIE"  # the same in all versions of Blender
+        links.new(texture.outputs["Color"], background.inputs["Color"])
+        links.new(background.outputs["Background"], output.inputs["Surface"])
+    world = bpy.data.worlds[SKY]
     texture, background = (world.node_tree.nodes[name] for name in ("Sky Texture", "Background"))
     texture.sun_direction = [*direction[:2], max(direction[2], 0.0)]
     background.inputs["Strength"].default_value = BRIGHTNESS * dhi if up else 0.0
-    if stage.world != world:
-        stage.world = world
-
-
-def _add_sky():
-    world = bpy.data.worlds.new(SKY)
-    nodes, links, output = start_nodes(world, "ShaderNodeOutputWorld")
-    texture, background = nodes.new("ShaderNodeTexSky"), nodes.new("ShaderNodeBackground")
-    texture.name, background.name = "Sky Texture", "Background"
-    texture.sky_type = "HOSEK_WILKIE"  # the same in all versions of Blender
-    links.new(texture.outputs["Color"], background.inputs["Color"])
-    links.new(background.outputs["Background"], output.inputs["Surface"])
-    return world
+    stage.world = world

@@ -13,7 +13,6 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.light import sun_blocks
 from citypv.core.read.read_city import READING
 from citypv.core.settings.progress import CancelledError
-from citypv.operators import job as jobs
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.job import Job
@@ -114,57 +113,6 @@ def test_escape_keeps_what_is_done_and_twice_nothing():
     job = job_that_keeps(cancels=2)
     assert job.text == "Trace light: ends, and keeps nothing"
     assert end_of(job) == ({"CANCELLED"}, [({"WARNING"}, "Trace light was cancelled; nothing was changed")], [])
-
-
-def test_the_window_does_not_wait_for_work_of_which_nothing_is_kept(monkeypatch):
-    """As in a stage that takes seconds from one report to the next; what is pressed next begins once it has ended."""
-    begun, go_on, order = threading.Event(), threading.Event(), []
-
-    def work(progress):
-        begun.set()
-        go_on.wait(10)
-        order.append("first")
-        progress("classifying", 0, 1, "polygons")
-
-    monkeypatch.setattr(jobs, "PATIENCE", 0.05)
-    job = Job("Classify surfaces", work)
-    job.start()
-    assert begun.wait(10)
-    assert not job.overdue
-    job.cancel()
-    assert not job.overdue
-    time.sleep(0.1)
-    assert job.overdue
-    following = Job("Classify surfaces", lambda progress: order.append("second"), after=job)
-    following.start()
-    time.sleep(0.05)
-    assert order == []
-    go_on.set()
-    following.join()
-    assert order == ["first", "second"]
-    assert isinstance(job.error, CancelledError)
-    assert not job.overdue
-
-
-def test_the_window_waits_for_suns_that_are_kept(monkeypatch):
-    monkeypatch.setattr(jobs, "PATIENCE", 0.0)
-    begun, go_on = threading.Event(), threading.Event()
-
-    def work(progress):
-        progress("suns", 0, 2, "rays")
-        begun.set()
-        go_on.wait(10)
-
-    job = Job("Trace light", work)
-    job.start()
-    assert begun.wait(10)
-    job.cancel()
-    time.sleep(0.01)
-    assert not job.overdue
-    job.cancel()  # a second time: nothing is kept
-    assert job.overdue
-    go_on.set()
-    job.join()
 
 
 # -- cancelled while files are read: nothing is there that was not there before --

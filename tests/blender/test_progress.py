@@ -11,6 +11,7 @@ from citypv.core.rays import hemisphere_rays
 from citypv.core.rays.compile_ahead import read_loops
 from citypv.core.read.read_city import READING
 from citypv.core.settings.progress import SUN_STAGE
+from citypv.operators import job as jobs
 from citypv.operators import run_step
 from citypv.operators.city import classify_city
 from citypv.operators.city.classify_city import ClassifyCity
@@ -51,7 +52,7 @@ def test_a_job_tells_stage_rate_and_share():
 
 def test_the_time_of_compiling_is_not_counted_in_the_time_left(monkeypatch):
     now = 100.0
-    monkeypatch.setattr(run_step.time, "monotonic", lambda: now)
+    monkeypatch.setattr(jobs.time, "monotonic", lambda: now)
     job = Job("Trace light", lambda progress: None, {COMPILING: 1.0, "sky": 9.0})
     for stage, now in ((COMPILING, 101.0), (COMPILING, 141.0), ("sky", 141.0), ("sky", 150.0)):
         job.progress(stage, (now - 101) / 40 if stage == COMPILING else (now - 141) / 18, 1, "")
