@@ -181,15 +181,13 @@ def _choose(contents, wanted, report):
 
 def _refuse_empty(contents, wanted, report):
     path = contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
-    trees, met = sum(len(content.trees) for content in contents), ", ".join(report.lods_met) or "none"
-    if trees and not report.building_count:
-        problem = f"contains no buildings, only vegetation ({trees:,})"
-        raise InputError(path, problem, "give the file with the buildings too")
     if not report.building_count:
-        raise InputError(path, "no buildings in it", "give a file that holds buildings")
-    if wanted:
-        raise InputError(path, f"no building has LoD {wanted} (met: {met})", "choose one of these with --lod")
-    raise InputError(path, f"no building has a usable shape (LoD met: {met})", "give a file with LoD 1 to 3")
+        trees = sum(len(content.trees) for content in contents)
+        problem = f"contains no buildings, only vegetation ({trees:,})" if trees else "no buildings in it"
+        raise InputError(path, problem, "give the file with the buildings")
+    problem = f"no building has {f'LoD {wanted}' if wanted else 'a usable shape'}"
+    cure = "choose one of these with --lod" if wanted else "give a file with LoD 1 to 3"
+    raise InputError(path, f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})", cure)
 
 
 def _flatten(contents, chosen, report):

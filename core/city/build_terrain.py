@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import Delaunay, cKDTree
+from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
-from ..settings.errors import InputError, check_array, count_of
+from ..settings.errors import InputError, count_of
 from .build_ground import (
     DEFAULT_PATCH,
     REACH,
@@ -41,7 +40,6 @@ class Ground:
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int64: ground, upward; wall extensions; sides and bottom
     hidden: np.ndarray  # (t,) bool: sides and bottom, which receive no light
-    hanging: np.ndarray  # (h,) int64 footprints above the ground
     raised: np.ndarray  # (r,) int64 surfaces that end above the terrain: extended downwards
     below_ground: np.ndarray  # (b,) int64 surfaces that end below the terrain: cut by it
     notes: list  # sentences for the report
@@ -75,9 +73,6 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     """
     check_patch_size(patch_size)
     check_terrain(terrain)
-    check_array("points", points, ("m", 3), row="point")
-    check_array("start of the feet", feet.start, ("e", 3))
-    check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
     low, high, reach = measure_extent(points, feet, reach, site)
     near = lay_lattice(low, high, reach, patch_size, site)
@@ -94,9 +89,7 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
     used, corners = np.unique(joined, return_inverse=True)
     whole = np.concatenate([piece[0] for piece in pieces])[used]
-    return Ground(
-        whole, corners.reshape(-1, 3), hidden, feet.hanging, raised, below_ground, [*terrain.notes, *notes, *words]
-    )
+    return Ground(whole, corners.reshape(-1, 3), hidden, raised, below_ground, [*terrain.notes, *notes, *words])
 
 
 def _spread(foot_points, feet, terrain, near, bounds):
@@ -251,15 +244,11 @@ def _split_once(feet, longest):
 
 def _close(vertices, depth):
     """Sides and bottom of the ground, so that rays from below ground meet only back faces: vertices, triangles."""
-    order = np.array(shapely.convex_hull(shapely.multipoints(vertices[:, :2])).exterior.coords)[:-1]
-    nearest = cKDTree(vertices[:, :2]).query(order)[1]
-    top = vertices[nearest]
+    top = vertices[ConvexHull(vertices[:, :2]).vertices]  # counter-clockwise
     bottom = np.column_stack([top[:, :2], np.full(len(top), depth)])
     middle = np.append(top[:, :2].mean(axis=0), depth)
     n = len(top)
     k, following = np.arange(n), (np.arange(n) + 1) % n
     sides = [np.column_stack([k, k + n, following + n]), np.column_stack([k, following + n, following])]
     floor = np.column_stack([np.full(n, 2 * n), following + n, k + n])
-    triangles = np.concatenate([*sides, floor])
-    counter = shapely.LinearRing(top[:, :2]).is_ccw
-    return np.concatenate([top, bottom, [middle]]), triangles if counter else triangles[:, ::-1]
+    return np.concatenate([top, bottom, [middle]]), np.concatenate([*sides, floor])

@@ -30,22 +30,6 @@ MARGIN = 1e-9  # of optical depth, more than rounding
 GOLDEN_RATIO = 0.6180339887498949
 
 
-class CrownShapes:
-    """Crowns and trunks for finding rays that meet them and their crossings, the same with leaves and without.
-
-    Parameters
-    ----------
-    crowns : Crowns
-    """
-
-    def __init__(self, crowns):
-        self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
-        corners = crowns.vertices[crowns.triangles]
-        *self.hierarchy, self.order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
-        filled = np.where(self.order[..., None, None] >= 0, corners[self.order], 0.0)
-        self.corners = np.ascontiguousarray(np.moveaxis(filled, 1, -1))  # (l, 3, 3, LEAF)
-
-
 class Canopy:
     """Crowns and trunks for attenuating rays, in leaf and bare.
 
@@ -62,10 +46,13 @@ class Canopy:
 
     def __init__(self, crowns, per_metre, per_crossing, without_leaves=None):
         self.vertices = crowns.vertices
-        self._shapes = CrownShapes(crowns)
-        self.ray_scene = self._shapes.ray_scene
+        self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
         self.states = 1 if without_leaves is None else 2
-        tree, trunk = crowns.tree[self._shapes.order], crowns.trunk[self._shapes.order]
+        corners = crowns.vertices[crowns.triangles]
+        *hierarchy, order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
+        filled = np.where(order[..., None, None] >= 0, corners[order], 0.0)
+        self._bodies = tuple(hierarchy), np.ascontiguousarray(np.moveaxis(filled, 1, -1))  # (l, 3, 3, LEAF)
+        tree, trunk = crowns.tree[order], crowns.trunk[order]
         # A crossing of a crown is an entry and an exit: half each.
         costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
         share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
@@ -97,7 +84,7 @@ class Canopy:
         rays = (np.ascontiguousarray(part[met], float) for part in (ray_origins, ray_directions))
         enough = np.full(len(met), np.inf) if least is None else MARGIN - np.log(least[met])
         depth = np.empty((2, len(met)))
-        sum_crossings(tuple(self._shapes.hierarchy), self._shapes.corners, self._costs, (*rays, ends, enough), depth)
+        sum_crossings(*self._bodies, self._costs, (*rays, ends, enough), depth)
         passed[:, met] = np.exp(-np.maximum(depth, 0))
         return passed
 

@@ -10,7 +10,7 @@ import shapely
 
 from .city import number_names
 from .find_twins import draw_outlines
-from .places_in_plan import find_in_boxes, group, plant_tree
+from .places_in_plan import find_in_boxes, plant_tree
 from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
 
@@ -136,21 +136,23 @@ def measure_objects(building, points):
     thin : (b,) bool
         Its height, or its width seen from above, is less than THIN.
     """
-    order, first = group(building)
-    if not len(first):
-        return np.zeros(0), np.zeros(0, bool)
-    height = points[order, 2]
-    height = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)
-    number = np.diff(first, append=len(building))
-    count = len(first)
+    count = building.max(initial=-1) + 1
+    height, number = extents(building, points[:, 2], count), np.bincount(building)
     middle = np.column_stack([np.bincount(building, points[:, k], count) / number for k in (0, 1)])
     away = points[:, :2] - middle[building]
     # The width across the longer principal axis of the points.
     spread = [np.bincount(building, away[:, i] * away[:, k], count) for i, k in ((0, 0), (1, 1), (0, 1))]
     angle = 0.5 * np.arctan2(2 * spread[2], spread[0] - spread[1])
-    across = (away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building])[order]
-    width = np.maximum.reduceat(across, first) - np.minimum.reduceat(across, first)
-    return height, np.minimum(height, width) < THIN
+    across = away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building]
+    return height, np.minimum(height, extents(building, across, count)) < THIN
+
+
+def extents(owner, values, count):
+    """Largest less smallest value of each owner: (count,)."""
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(low, owner, values)
+    np.maximum.at(high, owner, values)
+    return high - low
 
 
 def find_floating(building, middles, objects, ground_height):

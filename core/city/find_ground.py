@@ -11,10 +11,10 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from .city import number_names
 from .join_sheets import join_sheets
+from .polygons import normals_of
 from .scene import check_scene
 from .triangulate_feet import heights_on
 
-AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
 BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
 
@@ -39,15 +39,14 @@ def find_ground(scene):
     surface = scene.triangle_surface
     named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
     ground = named[surface] & ~scene.footprint
-    if scene.back_of is not None:
-        ground &= scene.back_of < 0
-    if scene.rack_of_back is not None:
-        ground &= scene.rack_of_back < 0
+    for backs in (scene.back_of, scene.rack_of_back):
+        if backs is not None:
+            ground &= backs < 0
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
     if not own.any():
         return ground
-    upward, inside = plan_areas(vertices, triangles), np.zeros(len(vertices), bool)
+    upward, inside = upward_areas(vertices, triangles), np.zeros(len(vertices), bool)
     inside[triangles[own]] = True
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
     lowest = np.full(building.max() + 1, np.inf)
@@ -68,16 +67,6 @@ def find_ground(scene):
             if not ground[sheet].all() and carries_most(vertices, triangles[sheet], vertices[triangles[own & ~sheet]]):
                 ground |= sheet
     return ground
-
-
-def plan_areas(vertices, triangles):
-    """Twice the area of triangles seen from above, negative for those that face down: (t,) float64 [m²]."""
-    upward = np.empty(len(triangles))
-    for first in range(0, len(triangles), AT_ONCE):
-        corners = vertices[triangles[first : first + AT_ONCE], :2]
-        edges = corners[:, 1:] - corners[:, :1]
-        upward[first : first + AT_ONCE] = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
-    return upward
 
 
 def carries_most(vertices, sheet, corners):
@@ -172,14 +161,9 @@ def find_hanging(scene, floating):
 
 def upward_areas(vertices, triangles):
     """Twice the plan area of triangles, (t,), negative for those that face down; 0 for walls."""
-    upward = np.empty(len(triangles))
-    for first in range(0, len(triangles), AT_ONCE):
-        corners = np.asarray(vertices, float)[triangles[first : first + AT_ONCE]]
-        edges = corners[:, 1:] - corners[:, :1]
-        normal = np.cross(edges[:, 0], edges[:, 1])
-        upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
-        upward[first : first + AT_ONCE] = np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
-    return upward
+    normal = normals_of(np.asarray(vertices, float), triangles)
+    upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
+    return np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
 
 
 def find_resting_floors(scene, ground=None):

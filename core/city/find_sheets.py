@@ -19,7 +19,7 @@ from ..rays.sample_points import additive_recurrence, barycentric_of_square, cos
 from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import ignore_share, report_part
 from ..settings.threads import map_in_order, usable_threads
-from .find_ground import AT_ONCE, find_ground
+from .find_ground import find_ground
 from .known_polygons import boxes_of_surfaces, match_surfaces
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
@@ -34,6 +34,7 @@ HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
+AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 
 
 @dataclass

@@ -61,7 +61,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
             for reason, polygons in (
                 ("ends above the terrain, extended down to it", laid.raised),
                 ("continues below the terrain, cut off at it", laid.below_ground),
-                ("footprint above the ground, which continues below it", laid.hanging),
+                ("footprint above the ground, which continues below it", feet.hanging),
             ):
                 scene.report.repair(reason, [scene.surfaces.surface_id[k] for k in polygons])
             notes += laid.notes

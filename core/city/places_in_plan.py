@@ -30,21 +30,11 @@ def merge_places(points):
 
 def find_lowest(points, key):
     """The lowest point of each distinct key, the first of equally low ones, (p,) int; which key each has, (k,) int."""
-    order, first = group(key)
-    height = points[order, 2]
-    number = np.repeat(np.arange(len(first)), np.diff(first, append=len(key)))
-    low = np.minimum.reduceat(height, first) if len(first) else height
-    lowest = np.where(height == low[number], order, len(key))
+    order = np.lexsort((points[:, 2], key))
+    _, first, number = np.unique(key[order], return_index=True, return_inverse=True)
     place = np.empty(len(key), np.int64)
     place[order] = number
-    return (np.minimum.reduceat(lowest, first) if len(first) else lowest), place
-
-
-def group(key):
-    """Order in which equal whole numbers, (k,) int, follow one another, and where each group of them begins."""
-    order = np.argsort(key)
-    ordered = key[order]
-    return order, np.flatnonzero(np.append(len(key) > 0, ordered[1:] != ordered[:-1])[: len(key)])
+    return order[first], place
 
 
 def join_across_borders(places):

@@ -3,8 +3,8 @@
 Each row is a thin closed slab that shades; its front is a surface with results of its own, called after its roof.
 """
 
-import math
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,30 +80,26 @@ def parse_racks(text):
         return None
     given = {}
     for part in text.split(","):
-        key, mark, value = (piece.strip() for piece in part.partition("="))
-        name = "east_west" if not mark and key == PAIRS else key.replace("-", "_")
+        key, _, value = (piece.strip() for piece in part.partition("="))
+        name = "east_west" if part.strip() == PAIRS else key.replace("-", "_")
         if name in given:
             raise InputError(OPTION, f"{key} is given twice", "give it once")
-        given[name] = True if name == "east_west" else parse_value(key, mark, value)
+        given[name] = True if name == "east_west" else parse_value(key, value)
     if "spacing" in given and "gcr" in given:
         raise InputError(OPTION, "spacing and gcr are both given", "each follows from the other, give one")
     return Racks(**given)
 
 
-def parse_value(key, mark, value):
+def parse_value(key, value):
     """The number of one part of the words, within its range."""
-    if key not in RANGES or not mark:
-        problem = f"{key!r} is not known" if key not in RANGES else f"{key} has no value"
-        raise InputError(OPTION, problem, f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
+    if key not in RANGES:
+        raise InputError(OPTION, f"{key!r} is not known", f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
     least, most, unit = RANGES[key]
+    with suppress(ValueError):
+        if least <= float(value) <= most:
+            return float(value)
     cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
-    try:
-        number = float(value)
-    except ValueError:
-        raise InputError(OPTION, f"{key}={value} is no number", cure) from None
-    if not (math.isfinite(number) and least <= number <= most):
-        raise InputError(OPTION, f"{key}={value} is out of range", cure)
-    return number
+    raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
 
 
 def roof_of_rack(name):
@@ -224,9 +220,7 @@ def join_surfaces(first, second):
     joined = {}
     for name, one in vars(first).items():
         other = getattr(second, name)
-        joined[name] = (
-            None if one is None else [*one, *other] if isinstance(one, list) else np.concatenate([one, other])
-        )
+        joined[name] = np.concatenate([one, other]) if isinstance(one, np.ndarray) else one and [*one, *other]
     return Surfaces(**joined)
 
 

@@ -14,7 +14,6 @@ from .check_geometry import check_patch_size
 from .places_in_plan import pair_keys
 
 MOST_PIECES = 50e6  # more would not fit into memory
-AT_ONCE = 1 << 16  # triangles whose corners are taken together, so that they need little memory
 SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
 STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
@@ -113,12 +112,9 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
 
 def find_middles(vertices, triangles, halved):
     """The new vertex on each edge that is among those cut, keys in ascending order; else -1: (t, 3) int64."""
-    middle = np.empty((len(triangles), 3), np.int64)
-    for first in range(0, len(triangles), AT_ONCE):
-        key = pair_keys(ends_of_edges(triangles[first : first + AT_ONCE]))
-        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1).reshape(-1, 3)
-        middle[first : first + AT_ONCE] = np.where(halved[place] == key.reshape(-1, 3), len(vertices) + place, -1)
-    return middle
+    key = pair_keys(ends_of_edges(triangles))
+    place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
+    return np.where(halved[place] == key, len(vertices) + place, -1).reshape(-1, 3)
 
 
 def ends_of_edges(triangles):
@@ -141,22 +137,10 @@ def cut_edges(ends, parts):
 
 def measure_triangles(vertices, triangles):
     """Edges ab, bc and ca (t, 3), and the height over the longest of them (t,), in metres."""
-    length, height = np.empty((len(triangles), 3)), np.empty(len(triangles))
-    for first in range(0, len(triangles), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        a, b, c = (vertices[triangles[some, corner]].T for corner in range(3))  # (3, t) each
-        length[some] = np.column_stack([norm(b - a), norm(c - b), norm(a - c)])
-        longest = length[some].max(axis=1, initial=0)
-        (x, y, z), (u, v, w) = b - a, c - a
-        doubled = norm((y * w - z * v, z * u - x * w, x * v - y * u))
-        height[some] = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
-    return length, height
-
-
-def norm(vectors):
-    """Lengths of vectors (3, n) of which x, y and z are given: (n,)."""
-    x, y, z = vectors
-    return np.sqrt(x * x + y * y + z * z)
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    length = np.column_stack([np.linalg.norm(along, axis=1) for along in (b - a, c - b, a - c)])
+    longest, doubled = length.max(axis=1, initial=0), np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
 
 
 def find_long_edges(measures, patch_size):

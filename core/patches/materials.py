@@ -76,7 +76,7 @@ class MaterialSpec:
             The albedo is not between 0 and 1, or the material is not known.
         """
         if self.albedo is not None and not 0 <= self.albedo <= 1:
-            raise InputError(self.material or "albedo", f"albedo {self.albedo:g}", "give a number from 0 to 1")
+            raise InputError(self.material or "albedo", f"{self.albedo:g}", "give a number from 0 to 1")
         return brdf_of_material(self.material, self.albedo) if self.material else Lambertian(self.albedo)
 
 

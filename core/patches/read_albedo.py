@@ -223,9 +223,8 @@ def read_albedo(path):
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
-        ) from error
+        cure = "give a CSV file with the columns surface,albedo"
+        raise InputError(path, f"cannot be read ({error})", cure) from error
     rows = csv.reader(text.splitlines())
     header = next(rows, None)
     if header not in HEADERS:
@@ -242,16 +241,11 @@ def read_albedo(path):
 
 def spec_of_row(path, number, albedo, material):
     """MaterialSpec of a line of the file, checked to give a valid BRDF."""
-    if not material or albedo:
-        try:
-            value = float(albedo)
-        except ValueError as error:
-            raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
-        if not 0 <= value <= 1:
-            raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
-    spec = MaterialSpec(value if albedo or not material else None, material)
     try:
+        spec = MaterialSpec(float(albedo) if albedo or not material else None, material)
         spec.brdf()
     except InputError as error:
         raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+    except ValueError as error:
+        raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
     return spec

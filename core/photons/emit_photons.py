@@ -38,11 +38,6 @@ class Source:
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
     beyond: bool = False  # whether only light from below that horizon counts, or only that from above
 
-    @property
-    def dimensions(self):
-        """Random numbers per photon."""
-        return 2 if self.travel is not None else 4
-
 
 class Box(NamedTuple):
     """Box through which light enters a scene."""
@@ -87,22 +82,12 @@ def make_source(name, box, seed, shares, **details):
     return Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
 
 
-def terrain_source(box, seed, horizon):
-    """Distant terrain of radiosity 1 between the horizontal and a horizon, isotropic."""
-    return make_source("terrain", box, seed, FROM_ABOVE, terrain=horizon, beyond=True)
-
-
 def far_ground_source(box, seed):
     """Open ground beyond the scene of radiosity 1, isotropic from below the horizon.
 
     A surface receives of it the share of its hemisphere that misses everything below the horizon.
     """
     return make_source("far ground", box, seed, FROM_BELOW, rising=True)
-
-
-def part_of_sky(source, box, seed, horizon=None):
-    """A HorizonBand that gives an irradiance of 1 in its unit; light from below the horizon of terrain is left out."""
-    return make_source(source.name, box, seed, source.sides, of=source, terrain=horizon)
 
 
 def sun_source(box, direction, number, seed):
@@ -138,14 +123,8 @@ def emit_photons(source, replicate, place):
     -------
     origins, directions : (m, 3) float32
     """
-    numbers = low_discrepancy(source.key, replicate, place, source.dimensions)
-    # The first number selects the side in proportion to its power; rescaled, it is uniform again.
-    bounds = np.cumsum(source.power) / source.power.sum()
-    lit = np.flatnonzero(source.power)
-    side = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
-    width = source.power[side] / source.power.sum()
-    along = np.clip((numbers[:, 0] - (bounds[side] - width)) / width, 0, 1)
-
+    numbers = low_discrepancy(source.key, replicate, place, 2 if source.travel is not None else 4)
+    side, along = choose_by_power(source.power, numbers[:, 0])
     normal = INWARDS[side]
     axis = np.abs(normal).argmax(axis=1)
     row = np.arange(len(side))
@@ -161,6 +140,17 @@ def emit_photons(source, replicate, place):
     else:
         directions = diffuse_directions(axis, normal[row, axis], numbers[:, 2:], source.rising)
     return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def choose_by_power(power, number):
+    """Choose rows in proportion to their power, (f,), by uniform numbers, (m,): rows (m,), and what is left of these.
+
+    Rescaled within what chose its row, each number is uniform again.
+    """
+    bounds, lit = np.cumsum(power) / power.sum(), np.flatnonzero(power)
+    row = lit[np.searchsorted(bounds[lit][:-1], number, side="right")]
+    width = power[row] / power.sum()
+    return row, np.clip((number - (bounds[row] - width)) / width, 0, 1)
 
 
 def diffuse_directions(axis, sign, numbers, rising):

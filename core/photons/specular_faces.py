@@ -15,7 +15,7 @@ from ..patches.fates_of_rays import meets_back
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
-from .emit_photons import low_discrepancy
+from .emit_photons import choose_by_power, low_discrepancy
 from .follow_photons import (
     QUANTUM,
     Photons,
@@ -65,12 +65,7 @@ def place_on_faces(faces, power, batch, dimensions):
     """
     replicate, place = np.divmod(batch.number, batch.per_replicate)
     numbers = low_discrepancy(batch.key, replicate, place, dimensions)
-    bounds = np.cumsum(power) / power.sum()
-    lit = np.flatnonzero(power)
-    # The first number selects the face in proportion to its power; rescaled, it is uniform again.
-    row = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
-    width = power[row] / power.sum()
-    along = np.clip((numbers[:, 0] - (bounds[row] - width)) / width, 0, 1)
+    row, along = choose_by_power(power, numbers[:, 0])
     return HitPlaces(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
 
 
@@ -94,16 +89,13 @@ def photons_of_sun(target, faces, power, direction, batch):
         Their weight is the reflected share; those in the dark are left out.
     """
     places, _ = place_on_faces(faces, power, batch, 2)
-    level = np.zeros((3, len(places[0])))
-    origins, _ = leave_patches(target.patches, places, level)
-    open_place = ~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]
-    seen = np.flatnonzero(open_place)
-    seen = seen[~target.ray_scene.trace_blocked(origins[seen], np.asarray(direction, np.float32))]
-    beyond = HitPlaces(np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen)))
-    towards = np.broadcast_to(np.asarray(direction, np.float32), (len(seen), 3))
-    seen = seen[~end_in_crowns(target, origins[seen], towards, beyond)]
-    travel = np.broadcast_to(-np.asarray(direction, np.float32), (len(seen), 3))
-    return reflect_first(target, batch, places.take(seen), travel, seen)
+    origins, _ = leave_patches(target.patches, places, np.zeros((3, len(places[0]))))
+    direction = np.asarray(direction, np.float32)
+    seen = np.flatnonzero(~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)])
+    seen = seen[~target.ray_scene.trace_blocked(origins[seen], direction)]
+    towards, nothing = np.broadcast_to(direction, (len(seen), 3)), np.zeros(len(seen))
+    seen = seen[~end_in_crowns(target, origins[seen], towards, HitPlaces(nothing.astype(int) - 1, nothing, nothing))]
+    return reflect_first(target, batch, places.take(seen), np.broadcast_to(-direction, (len(seen), 3)), seen)
 
 
 def photons_of_surroundings(target, faces, batch, is_sky):

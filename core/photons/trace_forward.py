@@ -24,7 +24,7 @@ from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
 from ..sun.suns import end_of_days, interrupted_suns
-from .emit_photons import box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
+from .emit_photons import FROM_ABOVE, box_of_scene, far_ground_source, make_source, sky_source, sun_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
@@ -94,7 +94,9 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     far = trace_far_ground(run, plan, request.seed, bounces)
     parts = {}
     for source in plan.sources:  # parts of the sky that are traced by themselves, in their units
-        (parts[source.name],) = trace_sources(run, [part_of_sky(source, run.box, request.seed, plan.terrain)], bounces)
+        of_box = run.box, request.seed, source.sides
+        part = make_source(source.name, *of_box, of=source, terrain=plan.terrain)
+        (parts[source.name],) = trace_sources(run, [part], bounces)
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
     weighed = without_hidden(suns, plan.terrain)
@@ -189,7 +191,8 @@ def trace_far_ground(run, plan, seed, bounces):
         return no_light(run.target.surface_count)
     sources = [far_ground_source(run.box, seed)]
     if plan.terrain is not None:
-        sources.append(terrain_source(run.box, seed, plan.terrain))
+        # Distant terrain of radiosity 1 between the horizontal and its horizon, isotropic.
+        sources.append(make_source("terrain", run.box, seed, FROM_ABOVE, terrain=plan.terrain, beyond=True))
     light, *others = trace_sources(run, sources, bounces - 1)
     for other in others:
         light.add(other)
@@ -246,9 +249,8 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
         if not found.kept:
             raise
-        found.visible_share, found.reflected = (
-            keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
-        )
+        found.visible_share = keep_columns(found.visible_share, found.kept)
+        found.reflected = keep_columns(found.reflected, found.kept)
     found.annual += far.whole * (suns.weight[:done] @ height[:done])
     found.photons += (far.photon * (suns.weight[:done] @ height[:done])) ** 2
     if found.kept < len(suns):

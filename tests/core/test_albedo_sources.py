@@ -37,7 +37,7 @@ def test_a_material_stands_between_a_surface_and_its_kind(tmp_path):
 def test_materials_that_cannot_be_used():
     suns = suns_towards([[0, 0, 1]])
     for finishes, words in (
-        (MaterialSpec(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
+        (MaterialSpec(1.2), "Material 'Glas': albedo: 1.2; give a number from 0 to 1"),
         (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is not a known material; use one of alu"),
         (MaterialSpec(material="mirror"), "Material 'Glas': mirror: needs an albedo"),
     ):
