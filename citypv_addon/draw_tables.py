@@ -20,7 +20,12 @@ def draw_table(layout, context, key, head):
     city, _ = find_city(context.scene)
     if city is None or key not in city:
         return
-    draw_cells(layout, [head, *(line.split("|") for line in city[key])])
+    grid = layout.box().grid_flow(row_major=True, columns=len(head), even_columns=False, align=True)
+    for row in [head, *(line.split("|") for line in city[key])]:
+        for place, cell in enumerate(row):  # the first to the left, the others to the right
+            line = grid.row()
+            line.alignment = "RIGHT" if place else "LEFT"
+            line.label(text=cell)
 
 
 def draw_probed(layout, context):
@@ -114,22 +119,10 @@ def sort_buildings(rows, seeing):
     last = -inf if seeing.sort_down else inf
 
     def key(row):
-        value = percent_of(row)
-        return row[seeing.sort_by] if seeing.sort_by != "percent" else last if isnan(value) else value
+        value = percent_of(row) if seeing.sort_by == "percent" else row[seeing.sort_by]
+        return value if value == value else last  # noqa: PLR0124 of NaN
 
     return sorted(rows, key=key, reverse=seeing.sort_down)
-
-
-def draw_cells(layout, rows):
-    """Show rows of cells, the first of each to the left, the others to the right."""
-    if not rows:
-        return
-    grid = layout.box().grid_flow(row_major=True, columns=len(rows[0]), even_columns=False, align=True)
-    for row in rows:
-        for place, cell in enumerate(row):
-            line = grid.row()
-            line.alignment = "RIGHT" if place else "LEFT"
-            line.label(text=cell)
 
 
 def draw_presets(layout, context):

@@ -82,12 +82,15 @@ class Job:
         self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
 
     def _run(self, work):
-        # Errors are reported in Blender's main thread.
-        give_way()
+        # A lower priority than the window's on Linux, where threads have their own, and start others with it; elsewhere
+        # `threads_beside_window` leaves a core to the window.
+        if sys.platform == "linux":
+            own = threading.get_native_id()
+            os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
         try:
             with name_libraries():
                 self.result = work(self.progress)
-        except BaseException as error:
+        except BaseException as error:  # reported in Blender's main thread
             self.error = error
 
 
@@ -127,16 +130,6 @@ def describe_left(seconds, share):
 
 NICENESS = 10  # above the window's own: it gets nine tenths of a core that both want
 LARGEST = 19
-
-
-def give_way():
-    """Lower the priority of the calling thread, and of the threads that it will start.
-
-    On Linux, where threads have priorities of their own; elsewhere `threads_beside_window` leaves a core to the window.
-    """
-    if sys.platform == "linux":
-        own = threading.get_native_id()
-        os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
 
 
 def threads_beside_window(windowed, platform=sys.platform):

@@ -69,6 +69,14 @@ def _build_object(name, part, scene, chosen):
     return item
 
 
+def site_of(item):
+    """Origin of the mesh of a city, and the direction of its axes, in the system of its files: core.city.scene.Site."""
+    from ...core.city.scene import Site
+
+    origin = [float(value) for value in item[PREFIX + "origin"]]
+    return Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
+
+
 def show_objects(stage, *items):
     """Link objects to the collection "CityPV" of a Blender scene, created if missing; None is skipped."""
     target = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)

@@ -87,13 +87,17 @@ def show_kinds(context, before, session, findings, seen=None):
     seen : Seen, optional
         What the city was read from, if from what is seen.
     """
+    from ...core.city.locate_site import turn_to_true_north
+
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
     remember_step(item, "classify", context.scene.citypv, old)
     same = seen is not None and describe_design(old, seen.lineage) == seen.design  # not edited meanwhile
     uncolour_user_meshes(old)
+    earlier = scene.site if seen is None else seen.site
+    shift = turn_to_true_north(np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence)[0]  # [m]
     for new in filter(None, (item, ground)):
-        new.location = np.array(old.location) + (0.0 if seen is None else shift_of(scene.site, seen.site))
+        new.location = np.array(old.location) + shift
     for key in OF_CITY:
         if key in old:
             item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
@@ -116,13 +120,6 @@ def show_kinds(context, before, session, findings, seen=None):
     open_session(item, session)
     keep_report(item, scene, findings)
     show_result(context, item, ground, "kind")
-
-
-def shift_of(site, earlier):
-    """Place of the origin of a site, from that of an earlier one: (3,) float64 [m], to true east, north, up."""
-    from ...core.city.locate_site import turn_to_true_north
-
-    return turn_to_true_north(np.array([site.origin]) - np.array([earlier.origin]), earlier.convergence)[0]
 
 
 def check_place(city, request):

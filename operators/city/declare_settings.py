@@ -100,15 +100,15 @@ def build_property(default, details):
 
 def read_properties(settings):
     """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
-    found = {name: getattr(settings, name) for name, _, _ in list_titled()}
-    # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
-    found = {name: float(f"{value:.6g}") if isinstance(value, float) else value for name, value in found.items()}
-    unset = [name for name, _, details in list_titled() if left_to_program(details) and found[name] == UNSET]
-    words = [(name, details.none) for name, _, details in list_titled() if details.kind == "text" and details.none]
-    unset += [name for name, none in words if found[name] in ("", none)]
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
-    effects = {key: state == "on" for key, state in states.items() if state != "auto"}
-    return found | dict.fromkeys(unset) | {"effects": effects}
+    found = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
+    for name, _, details in list_titled():
+        value = getattr(settings, name)
+        # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
+        value = float(f"{value:.6g}") if isinstance(value, float) else value
+        unset = (UNSET,) if left_to_program(details) else ("", details.none) if details.none else ()
+        found[name] = None if value in unset else value
+    return found
 
 
 def name_switch(key):

@@ -43,9 +43,8 @@ def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.request.Request."""
     from ...core.settings.request import Request
 
-    preferences = find_preferences()
-    preferred = preferences.threads if preferences is not None else 0
-    numbers = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
+    preferred = getattr(find_preferences(), "threads", 0)
+    number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
     place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
     if settings.own_place and settings.latitude == settings.longitude == 0:
         raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
@@ -66,7 +65,7 @@ def read_settings(settings):
         ground=ground,
         terrain=terrain,
         weather=weather,
-        suns=f"{settings.suns}:{numbers[settings.suns]}" if settings.suns in numbers else settings.suns,
+        suns=settings.suns if number is None else f"{settings.suns}:{number}",
         horizon=bpy.path.abspath(settings.horizon) or None,
         weather_place=read_weather_place(settings) if settings.weather == "file" else None,
         albedo_file=albedo_file,

@@ -69,16 +69,11 @@ class NameBuilding:
 
     def invoke(self, context, event):
         """Ask for the id where none is given and no face is selected."""
-        self.building = self.building or find_selected(find_city(context.scene)[0])
+        city, _ = find_city(context.scene)
+        if not self.building and city is not None and city.get(HIGHLIGHT):
+            numbers = np.unique(read_face_attribute(city.data, "building")[read_selection(city.data)])
+            self.building = city[BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
         return self.execute(context) if self.building else context.window_manager.invoke_props_dialog(self)
-
-
-def find_selected(city):
-    """Id of the building whose faces are highlighted, "" if there is none or several."""
-    if city is None or not city.get(HIGHLIGHT):
-        return ""
-    numbers = np.unique(read_face_attribute(city.data, "building")[read_selection(city.data)])
-    return city[BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
 
 
 def check_building(city, session, name):
@@ -161,17 +156,15 @@ def make_object(city, session, building):
     corners, faces, number = [], [], []
     for place, row in enumerate(rows):
         rings = [bring_to_origin(ring, session.scene.site) for ring in imported.rings(row)]
-        first = sum(map(len, corners))
-        corners += rings
-        count = len(rings[0])
-        found = tessellate_polygon([ring.tolist() for ring in rings]) if len(rings) > 1 else [range(count)]
-        faces += [[first + corner for corner in face] for face in found]
+        found = tessellate_polygon([ring.tolist() for ring in rings]) if len(rings) > 1 else [range(len(rings[0]))]
+        faces += [np.array(face) + sum(map(len, corners)) for face in found]
         number += [place] * len(found)
+        corners += rings
     points = np.concatenate(corners)
     foot = np.append((points.min(axis=0) + points.max(axis=0))[:2] / 2, points[:, 2].min()).round(2)
     places, same = np.unique(points.round(6), axis=0, return_inverse=True)
     mesh = bpy.data.meshes.new(building)
-    mesh.from_pydata((places - foot).tolist(), [], [same.ravel()[face].tolist() for face in map(list, faces)])
+    mesh.from_pydata((places - foot).tolist(), [], [same.ravel()[face].tolist() for face in faces])
     write_face_attribute(mesh, POLYGON, np.array(number, np.int32))
     item = bpy.data.objects.new(building, mesh)
     item.location = (foot + np.array(city.location)).tolist()

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
-from ..attributes import PREFIX, read_array, read_corners, read_face_attribute
+from ..attributes import read_array, read_corners, read_face_attribute
+from ..city.build_meshes import site_of
 from ..city.read_settings import read_settings
 from ..in_place import is_in_place
 from ..members import (
@@ -103,14 +104,6 @@ def read_seen(context, city, session):
     if reshaped:
         found.reshaped = read_reshaped(city, session)
     return found
-
-
-def site_of(city):
-    """Origin of a city's mesh, and the direction of its axes, in the system of its files: core.city.scene.Site."""
-    from ...core.city.scene import Site
-
-    origin = [float(value) for value in city[PREFIX + "origin"]]
-    return Site(None, None, 0.0, float(city.get(PREFIX + "convergence", 0.0)), None, origin)
 
 
 def read_reshaped(city, session):

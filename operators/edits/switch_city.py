@@ -28,19 +28,29 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Show one, hide the others."""
-        cities = {item.name: item for item in list_cities(context.scene)}
-        if self.name not in cities:
-            raise InputError(self.name or "City", "there is no such city", f"give {' or '.join(cities)}")
+        chosen = find_named(context.scene, self.name)
         leave_edit_mode(context)
-        chosen = cities[self.name]
         # The chosen one last: others may have coloured the same objects.
-        for item in sorted(cities.values(), key=lambda item: item == chosen):
+        for item in sorted(list_cities(context.scene), key=lambda item: item == chosen):
             show_objects_of(item, visible=item == chosen)
         taken = is_in_place(chosen)
         if not taken and asked_path(chosen):
             context.scene.citypv.city_path = asked_path(chosen)
         same = chosen.get(FAMILY) and chosen.get(FAMILY) == (city.get(FAMILY) if city is not None else None)
         match_view(context, None if taken or same else read_vertices(chosen))
+
+
+def find_named(stage, name):
+    """A city by the name of its object.
+
+    Raises
+    ------
+    InputError
+    """
+    cities = {item.name: item for item in list_cities(stage)}
+    if name not in cities:
+        raise InputError(name or "City", "there is no such city", f"give {' or '.join(cities)}")
+    return cities[name]
 
 
 def show_objects_of(city, *, visible):
@@ -59,11 +69,7 @@ def show_objects_of(city, *, visible):
         city[SEEN] = visible
         wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
-        ground = city.get(PREFIX + "ground")
-        if ground is not None:
-            put_away(ground, not visible)
-        return
-    for item in filter(None, (city, city.get(PREFIX + "ground"))):
+    for item in filter(None, (None if is_in_place(city) else city, city.get(PREFIX + "ground"))):
         put_away(item, not visible)
         item.hide_render = not visible
 

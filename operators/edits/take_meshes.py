@@ -127,9 +127,9 @@ def read_meshes(name, items, context, taken=None, named=None):
         if names[building] > 1:
             building += f"~{names[building]}"
         # Its faces are those of its mesh where that has no other user, and no modifier adds or removes faces.
-        same = not instance.is_instance and is_single(item.data)
-        same = same and len(item.data.polygons) == len(instance.object.data.polygons)
-        same = same and np.array_equal(read_corners(item.data), read_corners(instance.object.data))
+        meshes = item.data, instance.object.data
+        same = not instance.is_instance and is_single(item.data) and np.array_equal(*map(read_corners, meshes))
+        same = same and len(meshes[0].polygons) == len(meshes[1].polygons)
         own[owner] = building if same and owner not in own else ""
         ids = name_faces(owner, building) if own[owner] else None
         _add_building(content, building, instance.object, np.array(instance.matrix_world), metres, ids)

@@ -16,8 +16,8 @@ from ..picture.show_result import show_result
 from ..result.compare_results import compare_with_before, find_variants
 from ..result.summarise import KWP
 from ..run_step import Action, OfCity, leave_edit_mode
-from ..session import find_session, list_cities, open_session
-from .switch_city import show_objects_of
+from ..session import find_session, open_session
+from .switch_city import find_named, show_objects_of
 from .update_city import tell_errors
 
 
@@ -54,7 +54,7 @@ class CompareVariant(OfCity, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Write and show the difference, with the errors of the rays that both share."""
-        other = find_variant(context.scene, self.name)
+        other = find_named(context.scene, self.name)
         city[AGAINST] = other[IDENTITY]
         session, earlier = find_session(city), find_session(other)
         if session is not None and session.energy is not None and earlier is not None:
@@ -75,7 +75,7 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
     def act(self, context, city, ground):
         """Delete it; where it was seen, another one is."""
         leave_edit_mode(context)
-        gone = find_variant(context.scene, self.name)
+        gone = find_named(context.scene, self.name)
         others = [item for item in find_variants(context.scene, gone) if item != gone]
         if not others:
             raise InputError(gone.name, "it is the only variant", "keep it")
@@ -85,19 +85,6 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
         if gone == city:
             show_objects_of(others[-1], visible=True)
         return f"Deleted: variant {text}"
-
-
-def find_variant(stage, name):
-    """A variant by the name of its object.
-
-    Raises
-    ------
-    InputError
-    """
-    cities = {item.name: item for item in list_cities(stage)}
-    if name not in cities:
-        raise InputError(name or "Variant", "there is no such variant", f"give {' or '.join(cities)}")
-    return cities[name]
 
 
 def free_letter(stage, city):

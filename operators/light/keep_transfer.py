@@ -58,20 +58,6 @@ def find_kept(city):
     return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
 
 
-def read_kept(session, path):
-    """Bring the traced light of a file into a session that has none.
-
-    Raises
-    ------
-    InputError
-        The file is missing or damaged.
-    """
-    from ...core.results.transfer_file import read_transfer
-
-    if session.transfer is None:
-        session.transfer = read_transfer(path)
-
-
 def reopen_session(city):
     """Session of a city, a new one if the file was opened since: Session."""
     if find_session(city) is None:
@@ -98,24 +84,30 @@ import and trace again"
     return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
 
 
-def keep_energy(session, path, request, progress=silent):
-    """Bring the energy into a session that has none, and the light, where the file was opened since.
+def weigh(session, path, request, progress=silent):
+    """Weather and energy of a session; where the file was opened since, its light is read first, from its file.
 
     Raises
     ------
     InputError
         The file with the light is missing or damaged, or the weather cannot be read.
     """
+    from ...core.results.transfer_file import read_transfer
     from ...core.study import check_settings, compute_energy, read_year
 
-    if session.energy is not None:
-        return
     check_settings(request)
-    read_kept(session, path)
+    if session.transfer is None:
+        session.transfer = read_transfer(path)
     progress("reading weather", 0, 1, "years")
     weather = read_year(session.transfer.site, request, session.transfer.suns)
-    energy = compute_energy(session.transfer, weather, request, progress)
-    session.weather, session.energy, session.request = weather, energy, request
+    return weather, compute_energy(session.transfer, weather, request, progress)
+
+
+def keep_energy(session, path, request, progress=silent):
+    """Bring the energy into a session that has none, and the light, where the file was opened since: as of `weigh`."""
+    if session.energy is None:
+        session.weather, session.energy = weigh(session, path, request, progress)
+        session.request = request
 
 
 class OfEnergy:

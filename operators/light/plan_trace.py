@@ -170,10 +170,8 @@ def properties_of_preset(preset):
 
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
-    for name in PRESETS:
-        if all(getattr(settings, key) == value for key, value in properties_of_preset(name).items()):
-            return name
-    return ""
+    shown = {name: properties_of_preset(name).items() for name in PRESETS}
+    return next((name for name, row in shown.items() if all(getattr(settings, key) == one for key, one in row)), "")
 
 
 def read_prices(city):

@@ -21,7 +21,7 @@ from ..attributes import (
     write_results,
     write_surface_values,
 )
-from ..city.build_meshes import BUILDINGS, build_city, remove_objects, show_objects
+from ..city.build_meshes import BUILDINGS, build_city, remove_objects, show_objects, site_of
 from ..members import FAMILY, RESHAPED, check_unedited
 from ..picture.show_result import BEFORE, find_before, has_result, show_before, show_result
 from ..run_step import Action, OfCity
@@ -100,7 +100,6 @@ def read_state(item, city):
         Of `core.results.compare_runs.match_shapes`.
     """
     from ...core.city.locate_site import bring_to_grid
-    from ...core.city.scene import Site
     from ...core.results.compare_runs import tell_yields
 
     mesh = item.data
@@ -112,8 +111,7 @@ def read_state(item, city):
         np.column_stack([np.bincount(own, weight * axis) / total for axis in read_array(mesh.polygons, name, 3).T])
         for name in ("center", "normal")
     )
-    origin = [float(value) for value in item.get(PREFIX + "origin", city[PREFIX + "origin"])]
-    site = Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
+    site = site_of(item if PREFIX + "origin" in item else city)
     shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
     hours, error = (read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error"))
     kwp = np.array(item[KWP])[rows]

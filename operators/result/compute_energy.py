@@ -8,7 +8,7 @@ from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
 from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.read_settings import remember_step
-from ..light.keep_transfer import OfTransfer, read_kept
+from ..light.keep_transfer import OfTransfer, weigh
 from ..picture.show_result import show_result
 from ..run_step import Action, OfCity, Step, list_views
 from ..session import find_own_city
@@ -34,15 +34,10 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         from ...core.accuracy.yield_errors import seconds_to_halve
         from ...core.energy.energy import kwp_of_hours
         from ...core.energy.pv_system import build_system
-        from ...core.study import check_settings, compute_energy, read_year
         from ...core.weather.weather import describe_distance
 
         session, kept, request = task
-        check_settings(request)
-        read_kept(session, kept)
-        progress("reading weather", 0, 1, "years")
-        weather = read_year(session.transfer.site, request, session.transfer.suns)
-        energy = compute_energy(session.transfer, weather, request, progress)
+        weather, energy = weigh(session, kept, request, progress)
         system = build_system(request)
         kwp = kwp_of_hours(np.asarray(session.transfer.surfaces.area), energy, system)
         best = rank_buildings(session, weather, energy, system)
