@@ -1,6 +1,6 @@
 """Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
 
-from math import inf, isfinite, isnan
+from math import inf, isfinite
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..rays.random_numbers import mix, uniform
 from ..settings.progress import ignore_share, report_part
-from .check_geometry import check_parts, check_patch_size
+from .check_geometry import check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
@@ -183,7 +183,6 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
         An array or the patch size is invalid.
     """
     check_patch_size(patch_size)
-    check_parts(*placed[:4])
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(placed, ground_height)
     low, high, reach = measure_extent(placed.points, feet, reach, placed.site)

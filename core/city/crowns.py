@@ -95,10 +95,9 @@ def build_tree(tree, report):
         if part is not None:
             return part
     if tree.cover or tree.place is None or tree.height is None:
-        lacks = "height" if tree.height is None else "place"
-        cure = "give it a height [m]" if tree.height is None else "give it a reference point or a shape"
+        lacks, cure = ("height", "height [m]") if tree.height is None else ("place", "reference point or a shape")
         problem = f"{tree.where} has no shape with a volume and no {lacks}"
-        raise InputError(tree.path, problem, f"{cure}, or leave it out of the file")
+        raise InputError(tree.path, problem, f"give it a {cure}, or leave it out of the file")
     return build_ellipsoid(tree, report)
 
 

@@ -69,9 +69,9 @@ def find_parallel_pairs(shape, normal, wanted, asked):
         All of these.
     """
     points, ring_start, polygon_start = shape
-    low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
+    low, high = polygon_bounds(points, ring_start, polygon_start)
     low, high = low - ACCURACY, high + ACCURACY
-    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
     tree, corner = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]]
     found, done, following = [np.zeros((0, 2), np.int64)], np.zeros(len(boxes), bool), np.flatnonzero(asked)
     while len(following):
@@ -79,14 +79,9 @@ def find_parallel_pairs(shape, normal, wanted, asked):
         one, other = tree.query(boxes[some])
         one = some[one]
         done[some] = True
-        kept = (
-            ((one < other) | ~done[other])
-            & (one != other)
-            & (low[one, 2] <= high[other, 2])
-            & (low[other, 2] <= high[one, 2])
-        )
+        kept = ((one < other) | ~done[other]) & (one != other) & (wanted[one] | wanted[other])
         one, other = one[kept], other[kept]
-        kept = (wanted[one] | wanted[other]) & (np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG)
+        kept = (normal[one] * normal[other]).sum(axis=1) > ALONG
         one, other = one[kept], other[kept]
         common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
         # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.

@@ -8,8 +8,9 @@ from shapely.geometry.polygon import orient
 
 from ..settings.errors import InputError
 from .check_geometry import check_city
+from .edit_city import LISTS
 from .locate_site import bring_to_origin
-from .polygons import measure_polygons, plane_axes
+from .polygons import measure_polygons, plane_axes, starts_of
 
 MOST_ELEMENTS = 1e6  # largest number of cells per polygon
 SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped
@@ -50,17 +51,9 @@ def split_into_cells(city, grid_size):
         own = city.surface_id[polygon]
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
     rings = [ring for piece in pieces for ring in piece]
-    split = replace(
-        city,
-        surface_id=names,
-        building_id=[city.building_id[p] for p in parent],
-        thematic=[city.thematic[p] for p in parent],
-        points=np.concatenate(rings),
-        ring_start=np.cumsum([0] + [len(ring) for ring in rings]),
-        polygon_start=np.cumsum([0] + [len(piece) for piece in pieces]),
-        lod=None if city.lod is None else [city.lod[p] for p in parent],
-        material=None if city.material is None else [city.material[p] for p in parent],
-    )
+    lists = {name: getattr(city, name) and [getattr(city, name)[row] for row in parent] for name in LISTS}
+    shape = {"ring_start": starts_of(list(map(len, rings))), "polygon_start": starts_of(list(map(len, pieces)))}
+    split = replace(city, points=np.concatenate(rings), **shape, **lists | {"surface_id": names})
     return split, np.array(parent, np.int64)
 
 
@@ -73,17 +66,13 @@ def _cut(rings, axes, grid_size):
     if columns * rows > MOST_ELEMENTS:
         problem = f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon"
         raise InputError("--grid-size", problem, "give a larger size")
-    columns, rows = int(columns), int(rows)
-    if columns * rows == 1:
-        return [rings]
     shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
-    if not shape.is_valid:
+    if columns * rows == 1 or not shape.is_valid:
         return [rings]
     height = np.concatenate(flat)[:, 2].mean()
-    x, y = (low[k] + grid_size * np.arange(n) for k, n in ((0, columns), (1, rows)))
+    x, y = (low[k] + grid_size * np.arange(n) for k, n in enumerate((columns, rows)))
     x, y = (grid.ravel() for grid in np.meshgrid(x, y))
-    parts = shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
-    parts = shapely.get_parts(parts)
+    parts = shapely.get_parts(shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size)))
     parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
     pieces = []
     for part in map(orient, parts):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .orient_shells import SURE_SHARE
-from .polygons import measure_polygons, plane_axes, polygon_bounds, take_shape, triangulate
+from .polygons import measure_polygons, normals_of, plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
 WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
@@ -20,7 +20,6 @@ SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
 CONTRADICTION = 0.25  # of the support, by area and by extent, that may support the opposite orientation
 DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
-REACH = 100.0  # [m] around the tested polygons, within which others are traced
 OFFSET = 1e-3  # [m] of ray origins from the face
 SPACINGS = 16  # the same in spacings of float32
 STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)  # of the R sequence in four dimensions (Roberts 2018)
@@ -131,9 +130,9 @@ def trace_both_sides(shape, shell, tested, wanted):
     -------
     Views
     """
-    triangles, owner, places = triangles_around(shape, tested)
-    corners = places[triangles]  # (t, 3, 3) [m]
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    places = np.round(shape[0] - shape[0].min(axis=0), MICROMETRE)  # near zero
+    triangles, owner = triangulate(places, *shape[1:])
+    corners, doubled = places[triangles], normals_of(places, triangles)  # (t, 3, 3) [m] and (t, 3) [m²]
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
     start, point, direction = start_rays((corners, normal, size), owner, tested)
@@ -153,28 +152,6 @@ def trace_both_sides(shape, shell, tested, wanted):
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
         found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
     return Views(*found_shares.transpose(1, 2, 0))
-
-
-def triangles_around(shape, tested):
-    """Triangles (t, 3) of all polygons near those tested, the polygon of each (t,), and points (m, 3) [m] near zero.
-
-    Near are those in the cells, REACH wide, of those tested, and in the eight cells around.
-    """
-    points, ring_start, polygon_start = shape
-    cells = []
-    for axis in (0, 1):
-        low, high = polygon_bounds(points[:, axis], ring_start, polygon_start)
-        cells.append(np.floor((np.stack([low, high]) - low.min()) / REACH).astype(np.int64) + 1)
-    width = max(cells[1].max() + 2, 3)
-    ends = np.array([x * width + y for x in cells[0] for y in cells[1]])  # (4, n)
-    around = np.add.outer([-width, 0, width], [-1, 0, 1]).reshape(-1)
-    marked = np.unique(np.unique(ends[:, tested])[:, None] + around)
-    large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
-    chosen = large | np.isin(ends, marked).any(axis=0)
-    kept, *starts = take_shape(*shape, chosen)
-    places = np.round(kept - kept.min(axis=0), MICROMETRE)
-    triangles, owner = triangulate(places, *starts)
-    return triangles, np.flatnonzero(chosen)[owner], places
 
 
 def start_rays(faces, owner, tested):

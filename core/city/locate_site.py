@@ -50,27 +50,20 @@ def locate_site(crs, point, latitude=None, longitude=None):
     if crs is None:
         if (latitude is None) != (longitude is None):
             missing = "longitude" if longitude is None else "latitude"
-            raise InputError(
-                f"--{missing}",
-                "is missing, and the files have no coordinate reference system",
-                "give both --latitude D --longitude D",
-            )
+            problem = "is missing, and the files have no coordinate reference system"
+            raise InputError(f"--{missing}", problem, "give both --latitude D --longitude D")
         return latitude, longitude, 0.0
     plane, _ = plane_of(crs)
     globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
-    here = globe.transform(point[0], point[1])
-    north = globe.transform(point[0], point[1] + STEP)
+    here, north = (globe.transform(point[0], point[1] + step) for step in (0.0, STEP))
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:
             return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
         raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
-    return (
-        float(here[1]) if latitude is None else latitude,
-        float(here[0]) if longitude is None else longitude,
-        float(azimuth),
-    )
+    latitude, longitude = here[1] if latitude is None else latitude, here[0] if longitude is None else longitude
+    return latitude, longitude, float(azimuth)
 
 
 def note_outside_use(crs, latitude, longitude):

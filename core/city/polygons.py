@@ -110,7 +110,7 @@ def next_in_ring(ring_start):
 
 
 def polygon_bounds(values, ring_start, polygon_start):
-    """Smallest and largest value of each polygon's points, two arrays (n,)."""
+    """Smallest and largest value of each polygon's points, (m,) or (m, k): two arrays (n,) or (n, k)."""
     first = ring_start[polygon_start[:-1]]
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 

@@ -39,10 +39,9 @@ class Draft:
         if mask.all():
             return self
         points, ring_start, polygon_start = take_shape(*self.shape(), mask)
+        shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
         polygons = [self.polygons[i] for i in np.flatnonzero(mask)]
-        return Draft(
-            polygons, self.buildings, self.building[mask], points, ring_start, polygon_start, self.names_of(mask)
-        )
+        return replace(self, polygons=polygons, building=self.building[mask], names=self.names_of(mask), **shape)
 
 
 def repair_polygons(draft, report):
@@ -138,10 +137,9 @@ def _drop_twins(draft, report):
 def _drop_doubles(draft, report):
     """Remove a polygon that its building has already, with the same corners and facing the same side."""
     area, normal = measure_polygons(*draft.shape())
-    bounds = [polygon_bounds(axis, draft.ring_start, draft.polygon_start) for axis in draft.points.T]
+    middles = np.round(0.5 * sum(polygon_bounds(*draft.shape())) / SAME)
     size = np.diff(draft.ring_start[draft.polygon_start])
-    middles = [np.round(0.5 * (low + high) / SAME) for low, high in bounds]
-    rough = np.column_stack([draft.building, size, *middles, np.round(area / SAME), np.round(normal / 0.01)])
+    rough = np.column_stack([draft.building, size, middles, np.round(area / SAME), np.round(normal / 0.01)])
     _, group, uses = np.unique(rough, axis=0, return_inverse=True, return_counts=True)
     seen, keep = set(), np.ones(len(size), bool)
     for k in np.flatnonzero(uses[group.reshape(-1)] > 1):

@@ -190,5 +190,5 @@ def test_trees_stay_where_large_polygons_are_cut_and_alone_are_refused(tmp_path)
     objects = {"yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
     city = read(tmp_path, model({"house": house(solid()), **objects}))
     assert len(build_scene(city, latitude=50, longitude=8, options=SceneOptions(grid_size=1.0)).trees) == 1
-    with pytest.raises(InputError, match=r"no buildings, only vegetation \(1\); give the file with the buildings too"):
+    with pytest.raises(InputError, match=r"no buildings, only vegetation \(1\); give the file with the buildings"):
         read(tmp_path, model(objects))

@@ -130,15 +130,8 @@ def test_ground_and_terrain():
         return build_scene(TOWN, *BERLIN, options=SceneOptions(terrain=Terrain("hill.asc", [*layers])))
 
     for number in NUMBERS:
-        broken = spoiled(TOWN.points, (5, 1), number)
-        refused("points: point 5 is", build_ground, placed._replace(points=broken))
-        refused("points: point 5 is", build_terrain, feet, broken, TERRAIN)
         high = replace(LAYER, points=spoiled(LAYER.points, (5, 2), number))
         refused("hill.asc: vertices: vertex 5 is .* leave a gap", stand_on, high)
-        lost = replace(feet, start=spoiled(feet.start, (0, 0), number))
-        refused("start of the feet: row 0 is", build_terrain, lost, TOWN.points, TERRAIN)
-    refused("footprint: shape", build_ground, placed._replace(footprint=footprint[1:]))
-    refused("footprint: values", build_ground, placed._replace(footprint=footprint.astype(float)))
     refused("--patch-size: -10", build_ground, placed, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
