@@ -82,9 +82,7 @@ class Settings(bpy.types.PropertyGroup):
     """User settings: those declared by core, and those with another type in the panel."""
 
     # Import
-    city_path: StringProperty(
-        name="City", description="Building file (CityGML, CityJSON, OBJ) or folder", subtype="FILE_PATH"
-    )
+    city_path: StringProperty(name="City", description="CityGML, CityJSON, OBJ or a folder", subtype="FILE_PATH")
     lod: EnumProperty(name="LoD", description="Level of detail to read", items=LODS)
     collection: PointerProperty(
         name="Collection",
@@ -92,10 +90,7 @@ class Settings(bpy.types.PropertyGroup):
         type=bpy.types.Collection,
     )
     # Classify
-    own_place: BoolProperty(
-        name="Own location",
-        description="Give latitude and longitude instead of using the reference system of the files",
-    )
+    own_place: BoolProperty(name="Own location", description="Give latitude and longitude, not those of the files")
     latitude: FloatProperty(name="Latitude", description="Degrees, north is positive", min=-90, max=90, precision=4)
     longitude: FloatProperty(name="Longitude", description="Degrees, east is positive", min=-180, max=180, precision=4)
     ground: EnumProperty(name="Ground", description="Ground below the city", items=GROUNDS)
@@ -104,12 +99,8 @@ class Settings(bpy.types.PropertyGroup):
         description="TIN relief (CityGML), OBJ, GeoTIFF or ASC grid, also gzip-compressed",
         subtype="FILE_PATH",
     )
-    split: BoolProperty(
-        name="Split large surfaces", description="Split large surfaces into grid cells with their own results"
-    )
-    grid_size: FloatProperty(
-        name="Cell size", description="Side of the grid cells", default=5, min=0.1, subtype="DISTANCE"
-    )
+    split: BoolProperty(name="Split large surfaces", description="Into grid cells with results of their own")
+    grid_size: FloatProperty(name="Cell size", description="Side of a cell", default=5, min=0.1, subtype="DISTANCE")
     # Trace
     suns: EnumProperty(name="Suns", description="Sun positions to trace", items=SUNS)
     days: IntProperty(name="Days", description="Number of days, spread over the year", default=DAYS, min=1, max=365)
@@ -137,24 +128,12 @@ class Settings(bpy.types.PropertyGroup):
     attribute: EnumProperty(
         name="Show", description="Result to show as colours", items=ATTRIBUTES, default="kind", update=follow_choice
     )
-    colour_map: EnumProperty(
-        name="Colour map", description="Colours from low to high", items=MAPS, update=follow_choice
-    )
+    colour_map: EnumProperty(name="Colour map", description="From low to high", items=MAPS, update=follow_choice)
     auto_range: BoolProperty(
-        name="Automatic range",
-        description="Rounded range that covers 96 % of the area",
-        default=True,
-        update=follow_choice,
+        name="Automatic range", description="Covers 96 % of the area", default=True, update=follow_choice
     )
-    low: FloatProperty(
-        name="Low", description="Value of the lowest colour, in the unit of the legend", update=follow_choice
-    )
-    high: FloatProperty(
-        name="High",
-        description="Value of the highest colour, in the unit of the legend",
-        default=1,
-        update=follow_choice,
-    )
+    low: FloatProperty(name="Low", description="Lowest colour [unit of the legend]", update=follow_choice)
+    high: FloatProperty(name="High", description="Highest colour [unit of the legend]", default=1, update=follow_choice)
     show_colours: BoolProperty(
         name="Colours",
         description="Show the result as colours; off: the materials and the shading that you had before",
@@ -162,9 +141,7 @@ class Settings(bpy.types.PropertyGroup):
         update=follow_switch,
     )
     show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
-    show_charts: BoolProperty(
-        name="Charts", description="Draw months and day curve of what was probed in the 3D view", default=True
-    )
+    show_charts: BoolProperty(name="Charts", description="Draw charts of what was probed in the view", default=True)
 
 
 Settings.__annotations__.update(build_properties())
@@ -177,9 +154,7 @@ class Seeing(bpy.types.PropertyGroup):
     timeline_show: EnumProperty(
         name="Show", description="What the faces show in the timeline", items=SHOWN, update=follow_timeline_show
     )
-    refine: BoolProperty(
-        name="Refine", description="Trace further rounds up to a target or a time; the view shows each of them"
-    )
+    refine: BoolProperty(name="Refine", description="Trace further rounds up to a target or a time, and show each")
     target_error: FloatProperty(
         name="Target error",
         description="Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none",
@@ -191,9 +166,7 @@ class Seeing(bpy.types.PropertyGroup):
         name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
     )
     live: BoolProperty(
-        name="Live",
-        description="Compute an edit as soon as it is finished; a newer edit cancels the computation of an older one",
-        default=True,
+        name="Live", description="Compute an edit as soon as it is finished; a newer one cancels it", default=True
     )
     sort_by: EnumProperty(name="Sort by", description="Order of the buildings", items=ORDERS, default="change")
     sort_down: BoolProperty(name="Largest first", description="Show the largest first, not the smallest")
@@ -214,9 +187,7 @@ class Preferences(bpy.types.AddonPreferences):
 
     weather: EnumProperty(name="Weather", description="Source of weather that new scenes begin with", items=WEATHERS)
     weather_file: WEATHER_FILE
-    threads: IntProperty(
-        name="Threads", description="Number of threads where a scene gives none; 0: all processors", min=0
-    )
+    threads: IntProperty(name="Threads", description="Where a scene gives none; 0: all processors", min=0)
     cache_folder: StringProperty(
         name="Cache",
         description="Folder that keeps the loops compiled for this computer; empty: beside the add-on. "

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays.ray_scene import RayScene
+from ..rays.sample_points import additive_recurrence, cosine_direction
 from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, normals_of, plane_axes, triangulate
 
@@ -22,7 +23,6 @@ CONTRADICTION = 0.25  # of the support, by area and by extent, that may support 
 DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
 OFFSET = 1e-3  # [m] of ray origins from the face
 SPACINGS = 16  # the same in spacings of float32
-STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)  # of the R sequence in four dimensions (Roberts 2018)
 MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has no effect
 
 
@@ -157,7 +157,7 @@ def trace_both_sides(shape, shell, tested, wanted):
 def start_rays(faces, owner, tested):
     """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
     corners, normal, size = faces
-    one, other, height, turn = np.mod(0.5 + np.arange(1, RAYS + 1)[:, None] * STEPS, 1).T
+    one, other, height, turn = additive_recurrence(RAYS, 4).T.astype(float)
     # Choose triangles by area; the remainder of the same random number gives the place along one edge.
     ends = np.cumsum(size)
     first, last = np.searchsorted(owner, tested), np.searchsorted(owner, tested, "right") - 1
@@ -168,7 +168,5 @@ def start_rays(faces, owner, tested):
     weights = np.stack([1 - along, along * (1 - other), along * other], axis=-1)
     point = np.einsum("krc,krcd->krd", weights, corners[start]).reshape(-1, 3)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (t, 3, 3)
-    radius, angle = np.sqrt(height), 2 * np.pi * turn
-    local = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - height)])
-    direction = np.einsum("ra,krad->krd", local, axes[start]).reshape(-1, 3)
+    direction = np.einsum("ar,krad->krd", np.stack(cosine_direction(height, turn)), axes[start]).reshape(-1, 3)
     return start.reshape(-1), point, direction

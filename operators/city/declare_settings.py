@@ -12,11 +12,7 @@ AUTO = "auto_"  # + setting: switch of one that may be left to the program
 START = 3  # number that the user begins with
 UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
 MOST = 100  # suggestions
-STATES = (
-    ("auto", "Auto", "As the plan decides for the city"),
-    ("on", "On", "Always"),
-    ("off", "Off", "Never"),
-)
+STATES = (("auto", "Auto", "As the plan decides for the city"), ("on", "On", "Always"), ("off", "Off", "Never"))
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
 OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
 

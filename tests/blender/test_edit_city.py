@@ -300,7 +300,7 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     assert 0 < back["existing"]["error"] < 3 * table["existing"]["error"]
     assert bpy.ops.citypv.delete_variant(name=cities["B"]) == {"FINISHED"}
     assert "tower" not in bpy.data.objects and len(list_cities(bpy.context.scene)) == 2
-    with pytest.raises(RuntimeError, match="there is no such variant"):
+    with pytest.raises(RuntimeError, match="there is no such city"):
         bpy.ops.citypv.delete_variant(name="D")
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -189,7 +190,8 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
     with pytest.raises(CancelledError):
         SolarCity.work(task, progress)
     assert step.name_kept() == (kept or "buildings, kinds, first look")
-    assert step._tell_cancelled() == {"FINISHED"}
+    step._job, step._leave = SimpleNamespace(error=CancelledError()), lambda context: None
+    assert step._end(bpy.context) == {"FINISHED"}
     assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {step.name_kept()}")]
     if kept is None:  # its light can be weighed with other weather, and traced as the settings say
         run("energy", "trace", weather="clear-sky")
