@@ -10,6 +10,7 @@ from ..core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
+NICENESS, LARGEST = 10, 19  # above the window's own: it gets nine tenths of a core that both want; at most
 
 
 class Job:
@@ -126,10 +127,6 @@ def describe_left(seconds, share):
         return ""
     left = seconds * (1 - share) / share
     return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
-
-
-NICENESS = 10  # above the window's own: it gets nine tenths of a core that both want
-LARGEST = 19
 
 
 def threads_beside_window(windowed, platform=sys.platform):
