@@ -221,7 +221,7 @@ def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
     chromium.run(f"chooseSurface({counting}[0])")
     assert shown(chromium)["Change of the hours"] == "0.0 ± 0.0 h" and chromium.complaints == []
     assert "Change of its energy in a year: 0.00 ± 0.00 MWh" in chromium.run("byId('chosen').textContent")
-    assert "Change [MWh] ▴" in chromium.run("byId('buildings').tHead.innerText")  # the largest loss first
+    assert "Change [MWh] ▾" in chromium.run("byId('buildings').tHead.innerText")  # sorted by it; ▴ where some lose
     assert chromium.run("[-0.04, 1234.5, -0.05].map((value) => format(value, 1, '+'))") == ["0.0", "+1,234.5", "−0.1"]
 
 

@@ -184,7 +184,8 @@ async function begin() {
   if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
   if (city.building_change) {
     COLUMNS.splice(4, 0, { name: "change", title: "Change [MWh]", digits: 2, plus: "+" });
-    Object.assign(order, { column: 4, down: false }); // the largest loss first
+    // The largest loss first; where nothing loses, the largest gain.
+    Object.assign(order, { column: 4, down: !city.building_change.some((change) => change < 0) });
   }
   byId("search").addEventListener("input", () => {
     order.shown = PAGE_OF_ROWS;
