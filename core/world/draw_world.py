@@ -121,7 +121,8 @@ def draw_world_day(dataset):
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
     if not rows:
         return None
-    figure = make_figure(max(4.0 * len(names), 5.0), 3.2 * len(rows))
+    width = max(4.0 * len(names), 5.0)  # [inch]
+    figure = make_figure(width, 3.2 * len(rows))
     panels = figure.subplots(len(rows), len(names), sharex=True, sharey="row", squeeze=False)
     for line, (_, row, column) in zip(panels, rows, strict=True):
         place = values.isel(latitude=row, longitude=column)
@@ -136,7 +137,7 @@ def draw_world_day(dataset):
     panels[0, 0].legend(fontsize=8, loc="upper left")
     for axes in panels[-1]:
         axes.set_xlabel("Hour of the day, local solar time")
-    figure.supxlabel(describe_source(dataset), fontsize=8)
+    figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
 
 

@@ -190,7 +190,7 @@ def write_longitude(value):
     return "180°" if east == -180.0 else write_degrees(round(east, 6), "E", "W")
 
 
-def describe_source(dataset, width=10.0):
+def describe_source(dataset, width):
     """A line on the weather, for below a picture of some width [inch]; two or more below a narrow one."""
     label = dataset.attrs["weather_label"]
     way = "" if dataset.attrs["way"] == "exact" else "; suns of Greenwich shifted in time"
