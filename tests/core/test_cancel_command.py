@@ -80,7 +80,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
 
 
 @pytest.mark.usefixtures("small_blocks")
-@pytest.mark.parametrize("moment", ["measure_sun_sampling", "compute_energy", "write_transfer", "summarise"])
+@pytest.mark.parametrize("moment", ["measure_sun_sampling", "summarise"])
 def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
     interrupt(monkeypatch, 40)
     interrupt(monkeypatch, moment)

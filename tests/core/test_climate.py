@@ -201,13 +201,6 @@ def test_limits_of_physics(place, cells):
     assert data.notna().all().all()
 
 
-def test_the_south_has_its_summer_in_december():
-    data = climate(-33.4, -70.7).data
-    ghi, temperature = monthly(data), monthly(data, "temp_air") / monthly(data.assign(one=1), "one")
-    assert ghi.argmax() in (0, 11) and ghi.argmin() in (5, 6)
-    assert temperature.argmax() in (0, 1) and temperature.argmin() in (6, 7)
-
-
 def test_afternoons_are_the_warmest_and_sunny_ones_above_all():
     data = climate(52.5, 13.4).data
     local = data.shift(freq="53min")  # mean solar time

@@ -5,7 +5,6 @@ import json
 import signal
 import subprocess
 import sys
-from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from citypv.__main__ import main
 from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
-from citypv.core.settings.progress import TerminalProgress, describe_progress
+from citypv.core.settings.progress import describe_progress
 from citypv.core.settings.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
@@ -136,14 +135,13 @@ def test_values_given_replace_those_that_a_method_implies():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_run_leaves_nothing(city, tmp_path, sign):
+def test_interrupted_run_leaves_nothing(city, tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", str(out), "--samples", "400000"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
         for line in process.stderr:
             if "sky and reflections" in line:
-                process.send_signal(sign)
+                process.send_signal(signal.SIGTERM)
                 break
         said = process.stderr.read()
         assert process.wait(timeout=60) == 130
@@ -155,12 +153,6 @@ def test_interrupted_run_leaves_nothing(city, tmp_path, sign):
 def test_progress_tells_rate_and_rest():
     assert describe_progress(500e6, 1e9, "rays", 25) == "50 %, 20 Mrays/s, 25 s left"
     assert describe_progress(1e9, 1e9, "rays", 50) == "100 %, 20 Mrays/s, took 50 s"
-    stream = StringIO()
-    progress = TerminalProgress(stream)
-    for done in range(0, 1001, 10):
-        progress("suns", done, 1000, "suns")
-    assert 1 <= len(stream.getvalue().splitlines()) <= 2
-    assert "suns: 100 %" in stream.getvalue()
 
 
 def test_a_reader_may_leave_before_the_end(city):

@@ -188,14 +188,6 @@ def test_real_files_spoilt(tmp_path, suffix, count):
     run_fuzz(tmp_path, suffix, spoilt(seeds), count, 0.01)
 
 
-@pytest.mark.parametrize("suffix", [".gml", ".obj", ".json", ".jsonl"])
-def test_files_cut_anywhere(tmp_path, suffix):
-    for seed in spoilt_seeds(suffix)[:2]:
-        read_safely(tmp_path, seed, suffix)
-        for share in np.linspace(0.01, 0.99, 25):
-            read_safely(tmp_path, seed[: int(share * len(seed))], suffix, build=False)
-
-
 # -- small files that unpack to large ones are refused with bounded memory, and what only looks like one is read --
 
 GML = text.HEAD.encode()

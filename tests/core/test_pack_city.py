@@ -6,13 +6,13 @@ import json
 import re
 import zlib
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import shapely
+from lxml import html
 
 from citypv.core.city.grid_cells import Outlines
 from citypv.core.results import pack_city as packing
@@ -173,31 +173,6 @@ def test_ground_follows_a_slope():
     assert height[inside, inside] == pytest.approx(np.broadcast_to(0.1 * y[inside, None], (32, 32)), abs=4)
 
 
-class Codes(HTMLParser):
-    """Scripts and styles of a page, and its policy."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.found, self.policy, self._tag = [], None, None
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        attrs = dict(attrs)
-        if attrs.get("http-equiv") == "Content-Security-Policy":
-            self.policy = attrs["content"]
-            assert not self.found
-        if tag in ("script", "style"):
-            self._tag = tag, attrs
-            self.found.append([tag, attrs, ""])
-
-    def handle_data(self, data):
-        if self._tag:
-            self.found[-1][2] += data
-
-    def handle_endtag(self, tag):
-        self._tag = None
-
-
 @pytest.fixture
 def compose(monkeypatch):
     """The page of some results, without its other parts."""
@@ -206,15 +181,16 @@ def compose(monkeypatch):
 
 
 def test_the_page_allows_its_own_scripts_alone(compose):
-    page = Codes(compose(some_results()))
-    rules = dict(rule.strip().split(" ", 1) for rule in page.policy.split(";"))
+    page = html.document_fromstring(compose(some_results()))
+    policy = "//meta[@http-equiv='Content-Security-Policy'][not(preceding::script or preceding::style)]/@content"
+    rules = dict(rule.strip().split(" ", 1) for rule in page.xpath(policy)[0].split(";"))
     assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
-    assert "unsafe" not in page.policy and "http" not in page.policy and rules["img-src"] == "data:"
+    assert not any("unsafe" in rule or "http" in rule for rule in rules.values()) and rules["img-src"] == "data:"
     for kind, rule, count in (("script", "script-src", 2), ("style", "style-src", 1)):
-        codes = [text for tag, attrs, text in page.found if tag == kind and not attrs]
+        codes = page.xpath(f"//{kind}[not(@*)]/text()")
         hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in codes]
         assert rules[rule] == " ".join(f"'sha256-{value}'" for value in hashes) and len(codes) == count
-    (data,) = (text for _, attrs, text in page.found if attrs)
+    (data,) = page.xpath("//script[@*]/text()")
     assert re.fullmatch("[A-Za-z0-9+/=]+", data)
 
 
@@ -225,7 +201,7 @@ def test_no_name_stands_in_the_text_of_the_page(compose):
     results.faces.loc[0, "surface_id"] = bad + "long" * 1000
     text = compose(results)
     assert "alert" not in text and "дом" not in text
-    (data,) = (text for _, attrs, text in Codes(text).found if attrs)
+    (data,) = html.document_fromstring(text).xpath("//script[@*]/text()")
     assert unpack(data)["buildings"] == [bad]
 
 

@@ -14,7 +14,6 @@ from citypv.core.energy.power import dc_factor, dc_power, incidence_factor, spec
 from citypv.core.energy.pv_system import build_system, dc_system, pick_inverter, pick_module
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import check_settings
 from citypv.core.sun.sun_sampling import choose_suns
 
 CEC = "Canadian_Solar_Inc__CS5P_220M"
@@ -215,23 +214,6 @@ def test_inverter_names():
     assert pick_inverter("abb micro 0.25 i outd us 208 [208v]").name == INVERTER
     with pytest.raises(InputError, match=r"--inverter.*nearest"):
         pick_inverter("no such inverter at all")
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"mounting": "roof"}, "--mounting.*close-mount or auto"),
-        ({"iam": "sandia"}, "--iam"),
-        ({"losses": 100.0}, "--losses"),
-        ({"dc_ac_ratio": 0.0}, "--dc-ac-ratio"),
-        ({"usable": {"facade": 1.2}}, "--usable.*facade=1.2"),
-        ({"usable": {"ground": 0.5}}, "--usable.*'ground' carries no modules"),
-        ({"inverter": "none of these"}, "--inverter"),
-    ],
-)
-def test_settings_that_mean_nothing(given, words):
-    with pytest.raises(InputError, match=words):
-        check_settings(Request(**given))
 
 
 def test_shares_that_overshoot_below_zero_give_no_power():

@@ -1,8 +1,6 @@
 """CityPV from Python: the same files as the command line, settings that are honoured or refused, light imports."""
 
 import importlib.util
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -134,12 +132,6 @@ def test_a_city_is_inspected(city):
 def test_a_world_of_unshaded_walls(tmp_path):
     found = citypv.world("unshaded", weather="clear-sky", step=30, latitudes=(0, 60), longitudes=(0, 30))
     assert found.sizes["latitude"] == 3 and np.isfinite(found["full_load_hours"]).all()
-
-
-def test_importing_loads_nothing_heavy():
-    code = "import sys, citypv; print({'numpy', 'pandas', 'embreex'} & set(sys.modules), 'simulate' in dir(citypv))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "set() True"
 
 
 @pytest.mark.once

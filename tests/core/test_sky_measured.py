@@ -12,7 +12,6 @@ from scenes import run_gather, scene_of_triangles, strip, suns_towards
 from transfers import unshaded_transfer
 from weathers import BARROW
 
-from citypv.core.effects.beyond_scene import change_unshaded
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
@@ -21,7 +20,6 @@ from citypv.core.light.transfer import SourceLight
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import choose_sky, split_sky
-from citypv.core.sun.solar_position import sun_direction
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -138,12 +136,6 @@ def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
         assert not effect.on and effect.bound == pytest.approx(circumsolar / (1 - circumsolar), abs=0.005)
         assert plan_of(wall, **settings)["perez"].bound is None
     assert plan_of(level, berlin, sky="perez")["perez"].on
-
-
-def test_what_perez_changes_in_berlin(berlin):
-    """South wall +12.1, roof 30° south +6.5, north wall -8.4 %, as stated for Berlin 2017 by pvlib alone."""
-    change = change_unshaded(berlin, sun_direction([90.0, 30.0, 90.0], [180.0, 180.0, 0.0]), 0.2)
-    np.testing.assert_allclose(100 * change, [12.1, 6.5, -8.4], atol=0.3)
 
 
 def test_the_sky_of_a_transfer():

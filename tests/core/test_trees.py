@@ -70,15 +70,6 @@ def test_crowns_that_overlap_add_up_and_trunks_are_opaque():
     assert canopy.transmittance(origins, directions) == pytest.approx([np.exp(-1.1), 0, 0], abs=1e-12)
 
 
-def test_stopped_rays_are_those_that_do_not_pass_on_average():
-    canopy = canopy_of(box([-9, -9, 5], [9, 9, 7]), 0.4)
-    generator = np.random.default_rng(0)
-    origins = np.concatenate([generator.uniform(-1, 1, (500, 16, 2)), np.zeros((500, 16, 1))], axis=2)
-    directions = np.broadcast_to(np.array([0, 0, 1], np.float32), origins.shape)
-    passed = 1 - canopy.stop_rays(origins.astype(np.float32), directions).mean()
-    assert passed == pytest.approx(np.exp(-0.8), abs=4 * 0.5 / np.sqrt(500 * 16))
-
-
 def test_which_rays_end_in_a_row_of_crowns():
     """Along a row of 40 boxes of 1 m, 3 m apart, the depth up to the reach is known for every ray."""
     generator = np.random.default_rng(0)

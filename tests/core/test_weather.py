@@ -61,15 +61,6 @@ def test_epw_of_the_arctic():
     assert (weather.data.loc["2021-06-01":"2021-07-01", "apparent_zenith"] < 90).all()
 
 
-def test_tmy3_with_a_repeated_row():
-    weather = read_weather(TMY3, *BERLIN)
-    assert len(weather.data) == 8760
-    assert (weather.latitude, weather.longitude) == (40.65, -73.8)
-    assert "repeated row" in weather.label
-    assert weather.data["pressure"].between(95e3, 105e3).all()
-    assert_sun_fits(weather)
-
-
 def test_pvgis_csv_and_json_and_its_time_offset(tmp_path):
     weather = read_weather(PVGIS, *BERLIN)
     assert annual_sums(weather)[0] == pytest.approx(1435.9, abs=0.06)  # EXPECTED

@@ -23,7 +23,6 @@ from weathers import (
     STOCKHOLM,
     annual_sums,
     lines_of,
-    read_pvlib_epw,
     refuse,
     write_lines,
 )
@@ -50,32 +49,6 @@ def test_nsrdb_of_quarters_of_an_hour():
     sun = pvlib.solarposition.get_solarposition(table.index, place["latitude"], place["longitude"])
     np.testing.assert_allclose(weather.data["apparent_zenith"], sun["apparent_zenith"], atol=1e-9)
     assert weather.data["pressure"].between(95e3, 106e3).all()
-
-
-def hourly_psm(latitude, zone, years):
-    """Lines of an hourly PSM file made from the Arctic EPW."""
-    table, place = read_pvlib_epw(BARROW)
-    head = ["Source,Location ID,Latitude,Longitude,Time Zone,Elevation,Local Time Zone,Pressure Units,Version"]
-    head.append(f"NSRDB,1,{latitude},{place['longitude']},{zone},10,-9,mbar,4.0")
-    head.append("Year,Month,Day,Hour,Minute,GHI,DHI,DNI,Temperature,Wind Speed,Pressure")
-    rows = [
-        f"{years[time.month]},{time.month},{time.day},{time.hour},30,{row.ghi},{row.dhi},{row.dni},{row.temp_air},"
-        f"{row.wind_speed},{row.atmospheric_pressure / 100}"
-        for time, row in zip(table.index, table.itertuples(), strict=True)
-    ]
-    return head + rows
-
-
-def test_polar_psm(tmp_path):
-    path = write_lines(tmp_path / "polar.csv", hourly_psm(71.286, -9, dict.fromkeys(range(1, 13), 2019)))
-    weather, epw = read_weather(path, *BERLIN), read_weather(BARROW, *BERLIN)
-    np.testing.assert_allclose(weather.data["ghi"], epw.data["ghi"])
-    high = epw.data["apparent_zenith"].to_numpy() < 85  # nearer to the horizon the two years' suns may differ
-    np.testing.assert_allclose(weather.data[high][["dni", "dhi"]], epw.data[high][["dni", "dhi"]])
-    assert weather.data.index[0] == pd.Timestamp("2019-01-01T09:00Z")
-    typical = write_lines(tmp_path / "tmy.csv", hourly_psm(71.286, -9, {month: 2000 + month for month in range(1, 13)}))
-    assert "typical year" in read_weather(typical, *BERLIN).label
-    assert annual_sums(read_weather(typical, *BERLIN))[0] == pytest.approx(713.4, abs=0.06)
 
 
 # --- DWD

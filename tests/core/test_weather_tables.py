@@ -38,6 +38,7 @@ def test_values_are_those_of_pvlib():
     for name in ("temp_air", "wind_speed", "ghi"):
         np.testing.assert_array_equal(weather.data[name], table[name])
     assert (weather.data.index.tz_convert("Etc/GMT+5").hour == (table.index.hour - 1) % 24).all()
+    assert "repeated row" in weather.label and (weather.latitude, weather.longitude) == (40.65, -73.8)
 
 
 def test_february_of_a_leap_year(tmp_path):
@@ -113,6 +114,10 @@ def test_nsrdb_in_zones_of_half_hours(tmp_path, zone, place):
     assert (weather.data.index + weather.interval / 2 == middle).all()
     np.testing.assert_allclose(weather.data["ghi"], 600 * height)
     assert abs(weather.checks["2021"]["daylight_shift"]) <= 2
+    # A year of each month's own is a typical one.
+    months = [f"{2000 + int(line.split(',')[1])}{line[4:]}" for line in lines[3:]]
+    typical = read_weather(write_lines(tmp_path / "typical.csv", lines[:3] + months), *BERLIN)
+    assert "typical year" in typical.label and typical.data["ghi"].sum() == pytest.approx(weather.data["ghi"].sum())
 
 
 def test_csv_as_spreadsheets_write_it(tmp_path):

@@ -147,14 +147,6 @@ def test_the_hemispheres_mirror_each_other(system):
     assert south[4:, 1 + 6].mean() < south[4:, 1].mean()
 
 
-def test_periods_add_up_and_reflections_only_add(skylines, system):
-    world = world_of(skylines, Places(np.array([35.0]), np.array([100.0])), system)
-    values = world.full_load_hours[0, 0].astype(float)
-    for first, last in ((1, 13), (13, 37), (37, 61)):
-        np.testing.assert_allclose(values[:, first:last].sum(axis=1), values[:, 0], rtol=1e-6)
-    assert (world.without_reflections[0, 0, :, 0] < values[:, 0]).all()
-
-
 def test_land_and_sea(system):
     """Off land the climate is blank, or the clear sky, and says which."""
     places = Places(np.array([45.0, 45.0]), np.array([8.0, -30.0]))
