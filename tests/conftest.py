@@ -3,7 +3,7 @@
 `make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they were
 last measured (tools/measure_slow.py). What is marked as a law stays all the same, and so does the one case of each law
 that LAWS names. The second Python leaves out what is marked `once`: but for files in which a Python may differ that is
-each function of slow.txt without the word "both", and all cases of a function but the first.
+each function of slow.txt, and all cases of a function but the first.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
@@ -49,12 +49,12 @@ LAWS = (
     "hard/test_which_light.py::test_closed_furnace[0.25-1]",
     "test_rooms.py::",
 )
-# Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
+# Long, and much like another: three houses by both estimators, a town against Mitsuba.
 THOROUGH = ("core/test_forward_agrees.py::test_town",)
-# Blender, processes and signals, options, readers and writers. Elsewhere numbers come from numpy and compiled loops,
-# which are the same on every Python: of a function the second one runs the first case.
+# Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is cheap does. Elsewhere
+# numbers come from numpy and compiled loops, which are the same on every Python: the second one runs the first case.
+PROCESSES = ("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster")
 MAY_DIFFER = (
-    *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
     *("core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
     *("core/test_city", "core/test_weather", "core/test_plot", "core/test_refused", "core/test_obj"),
     *("core/test_raster", "core/test_own_terrain"),
@@ -117,16 +117,16 @@ def pytest_itemcollected(item):
         item.add_marker(pytest.mark.thorough)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
-    if not name.startswith(MAY_DIFFER) and (read_slow().get(name) or name in BEGUN):
+    again = name in BEGUN and not name.startswith(MAY_DIFFER)
+    if not name.startswith(PROCESSES) and (name in read_slow() or again):
         item.add_marker(pytest.mark.once)
     BEGUN.add(name)
 
 
 @cache
 def read_slow():
-    """Functions that were slow when they were measured, and whether one Python is enough for them: dict."""
-    lines = (line.partition(" ") for line in SLOW.read_text("utf-8").splitlines())
-    return {name: word != "both" for name, _, word in lines}
+    """Functions that were slow when they were measured: set of str."""
+    return set(SLOW.read_text("utf-8").splitlines())
 
 
 @pytest.hookimpl(trylast=True)

@@ -4,8 +4,7 @@
 
 A case costs what it spends itself and its share of the fixtures that it has in common with others. The function whose
 cases cost most on average goes, until the rest keeps the budget; what fewer cases share then costs each of them more.
-Laws stay whatever they cost. What did not run keeps its place in the list. What takes less than LONG is listed with the
-word "both": `make test` runs it with both Pythons.
+Laws stay whatever they cost. What did not run keeps its place in the list.
 """
 
 import os
@@ -16,7 +15,6 @@ import pytest
 
 SLOW = Path(__file__).parents[1] / "tests/slow.txt"
 BUDGET = 80.0  # [s] of a processor; two workers take 20 s more to start
-LONG = 2.0  # [s] of a processor, mean of the cases of a function
 OWN = {}  # case: seconds
 SHARED = defaultdict(float)  # name of a fixture, and the part of the tests that shares one: seconds
 
@@ -53,9 +51,8 @@ def pytest_terminal_summary(terminalreporter):
     for item in OWN:
         (laws if item.get_closest_marker("law") else functions[name_function(item)]).append(item)
     dear, seconds = choose_dear(laws, functions)
-    lines = [name if cost >= LONG else f"{name} both" for name, cost in dear.items()]
-    lines += [line for line in SLOW.read_text("utf-8").splitlines() if line.partition(" ")[0] not in functions]
-    SLOW.write_text("\n".join(sorted(lines)) + "\n", "utf-8")
+    kept = [name for name in SLOW.read_text("utf-8").splitlines() if name not in functions]
+    SLOW.write_text("\n".join(sorted([*dear, *kept])) + "\n", "utf-8")
     terminalreporter.write_line(
         f"{seconds:.0f} s of a processor: {len(laws)} cases of laws, and {len(functions) - len(dear)} of "
         f"{len(functions)} functions; the others -> {SLOW}"

@@ -226,7 +226,7 @@ def test_the_probe_of_a_face(window):
     assert "Traceback" not in window.read_log()
 
 
-def test_a_tower_is_moved_ten_times_with_live_on(window):
+def test_a_tower_is_moved_several_times_with_live_on(window):
     """Three clicks from the city to the building that loses most; its neighbours lose what two full runs say."""
     name = f"/{load_tool().EXCHANGE}/{NAME}"
     window.ask(
@@ -236,9 +236,9 @@ def test_a_tower_is_moved_ten_times_with_live_on(window):
     press(window, "citypv.solar_city")  # the first click; two more choose a file where none is given
     window.wait_for(f"{RUNNING} is not None", 20)
     window.wait_for(f"{RUNNING} is None", 600)
-    found = move_tower(window, 10)  # the second one is "Add to the city"
-    assert len(found) == 11 and all(row["change"] < -5 * row["error"] < 0 for row in found)
-    assert len({row["change"] for row in found}) == 11
+    found = move_tower(window, 3)  # the second one is "Add to the city"
+    assert len(found) == 4 and all(row["change"] < -5 * row["error"] < 0 for row in found)
+    assert len({row["change"] for row in found}) == 4
     losers = sorted(read_sums(window, "buildings").values(), key=lambda row: row["change"])
     press(window, f'citypv.show_building(building="{losers[0]["name"]}")')
     window.wait_for(f"{SEEN}.get('citypv_highlight')")

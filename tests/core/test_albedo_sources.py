@@ -22,18 +22,6 @@ def material_street(*names):
     return scene
 
 
-def test_a_material_stands_between_a_surface_and_its_kind(tmp_path):
-    """Own line before material before kind before the rest; a material that nothing is said of counts as none."""
-    text = "surface,albedo,material\ns0,0.9,\nfacade,0.5,\nflat,0.2,\n"
-    scene = material_street("Backstein", "Backstein", "Backstein", "unknown")
-    materials = {"Backstein": MaterialSpec(0.31), "Unused": MaterialSpec(material="glass")}
-    request = Request(albedo_file=finish(tmp_path, text), materials=materials)
-    assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.9, 0.31, 0.31, 0.2, 0.2])
-    request = Request(albedo=0.4, materials=materials)
-    assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.31, 0.31, 0.31, 0.4, 0.4])
-    assert albedo_of_triangles(scene, Request(albedo=0.4))[:5] == pytest.approx([0.4] * 5)
-
-
 def test_materials_that_cannot_be_used():
     suns = suns_towards([[0, 0, 1]])
     for finishes, words in (

@@ -58,7 +58,8 @@ def run_commands(page, places):
             words = shlex.split(line, comments=True)
             if words[:1] != ["citypv"]:
                 continue
-            cheap = [word for option in QUICK.items() for word in option] if words[1] == "simulate" else []
+            costly = words[1] in ("simulate", "effects", "accuracy")
+            cheap = [word for option in QUICK.items() for word in option] if costly else []
             cheap = cheap[2:] if "--target-error" in words else cheap
             assert main([*words[1:], *cheap]) == 0, line
             ran += 1

@@ -9,7 +9,7 @@ from mirror_street import finish, light_of_strips, street, trace_street
 from scenes import suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
-from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
+from citypv.core.patches.brdfs import Mirror, reflect_interfaces
 from citypv.core.patches.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
 from citypv.core.photons.trace_forward import trace_forward
@@ -49,16 +49,6 @@ def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
     assert reflections["bound"] is None
     for tally in transfer.record.photons.values():
         assert sum(tally.values()) == 2 * tally["emitted"]
-
-
-def test_materials_by_name():
-    assert brdf_of_material("concrete") == Lambertian(pytest.approx(0.225))
-    assert brdf_of_material("concrete", 0.4) == Lambertian(0.4)
-    assert brdf_of_material("glass") == Glass(1.52, 2)
-    assert brdf_of_material("double glazing") == Glass(1.52, 4)
-    assert brdf_of_material("mirror", 0.9) == Mirror(0.9)
-    assert brdf_of_material("glossy:0.2", 0.5) == Glossy(0.5, 0.2)
-    assert brdf_of_material("water") == Glass(1.333, 1)
 
 
 def test_every_material_has_a_source_and_stands_in_the_docs():

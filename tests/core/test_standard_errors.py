@@ -72,7 +72,9 @@ LADDERS = {  # part, settings with 1, 4 and 16 times the samples, and those of a
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LADDERS)
+@pytest.mark.parametrize(
+    "name", [name if "reflections" in name else pytest.param(name, marks=pytest.mark.thorough) for name in LADDERS]
+)
 def test_errors_fall_and_are_reported(name):
     """With sixteen times the samples to a quarter at least; of some thousand surfaces and three seeds."""
     part, ladder, long = LADDERS[name]

@@ -98,7 +98,8 @@ def test_first_light_of_gather_is_that_of_a_run_without_reflections():
     assert (whole.diffuse_relative > 1.01 * alone[:, 0]).sum() > 10
 
 
-@pytest.mark.parametrize("name", ["Berlin", pytest.param("Manhattan", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["Berlin", "Manhattan"])
 def test_gather_is_forward(name):
     scene, alone = city(name)
     groups = groups_of(scene.surfaces, alone)
