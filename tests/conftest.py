@@ -51,8 +51,8 @@ LAWS = (
 )
 # Long, and much like another: three houses by both estimators, a town against Mitsuba.
 THOROUGH = ("core/test_forward_agrees.py::test_town",)
-# Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is cheap does. Elsewhere
-# numbers come from numpy and compiled loops, which are the same on every Python: the second one runs the first case.
+# Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is cheap does.
+# Elsewhere numbers come from numpy and compiled loops, the same on every Python: the second one runs the first case.
 PROCESSES = ("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster")
 MAY_DIFFER = (
     *("core/test_output", "core/test_exports", "core/test_results", "core/test_read"),

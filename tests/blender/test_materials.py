@@ -63,11 +63,8 @@ def light_of_wall(session):
 @pytest.mark.parametrize(
     ("name", "colour", "albedo"),
     [
-        ("black", (0, 0, 0), 0.0),
-        ("grey", (0.6, 0.6, 0.6), 0.6),
         ("red", RED, 0.2126 * 0.5 + 0.7152 * 0.2 + 0.0722 * 0.1),
         ("Brick.007", (0, 0, 0), 0.3),  # as its name says, whatever its colour
-        ("white paint", (0, 0, 0), 0.7),
     ],
 )
 def test_a_wall_before_a_plain_of_that_material(addon, name, colour, albedo):

@@ -19,7 +19,7 @@ SIMULATE = [
     ("CITY --dc-ac-ratio 0", "--dc-ac-ratio"),
     ("CITY --usable facade=1.2", "facade=1.2"),
     ("CITY --usable ground=0.5", "'ground' carries no modules"),
-    ("CITY --inverter none", "--inverter"),
+    ("CITY --inverter nonesuch", "--inverter"),
     ("CITY --suns monthly", "--suns"),
     ("nowhere.gml --effects fog=on", "--effects"),
     ("CITY --effects aoi=on --effects aoi=off", "aoi is given as on and as off"),

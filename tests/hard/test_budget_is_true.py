@@ -27,7 +27,7 @@ LEVEL = 0.95
 PATCH = 8.0  # [m]: each patch is a surface, large enough to be eligible
 TARGET = 0.5  # [%]
 FREEDOM = 3  # of four replicates
-LONG = Request(samples=16384, shadow_samples=256, max_bounces=3, threads=1, effects={"receivers": False})
+LONG = Request(samples=8192, shadow_samples=128, max_bounces=3, threads=1, effects={"receivers": False})
 
 
 def courtyard():

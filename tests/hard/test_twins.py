@@ -4,13 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from test_orientation import write_obj
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import DRAWN_TWICE, build_scene
-from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 
 BERLIN = Path(__file__).parents[2] / "examples" / "berlin" / "berlin_3910_5817.gml"
@@ -100,20 +97,3 @@ def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
     found = build_scene(again, ground="none", patch_size=None)
     assert found.report.repaired[DRAWN_TWICE] == [f"again{k}" for k in range(7)]
     assert found.surfaces.area[found.surfaces.eligible].sum() == scene.surfaces.area[scene.surfaces.eligible].sum()
-
-
-@pytest.mark.slow
-def test_a_wall_drawn_twice_changes_no_group(tmp_path):
-    """End to end: area and count of each group as without the second wall, hours within their noise; a row for both."""
-    groups, faces = {}, {}
-    for name, second in (("once", []), ("twice", [house()[2] + [0.0, 1e-3, 0.0]])):
-        path = write_obj(tmp_path / f"{name}.obj", {"a": house(), "b": second})
-        place = ["--latitude", "52.5", "--longitude", "13.4", "--suns", "typical-days:2", "--quiet"]
-        assert main(["simulate", str(path), "--out", str(tmp_path / name), *place]) == 0
-        faces[name], groups[name] = (pd.read_csv(tmp_path / name / f"{table}.csv") for table in ("faces", "groups"))
-    assert len(faces["twice"]) == len(faces["once"]) + 1
-    once, twice = (groups[name][groups[name].period == "annual"] for name in ("once", "twice"))
-    assert len(once) == len(twice) == 5  # four walls and the roof
-    for name in ("kind", "orientation", "count", "area"):
-        assert once[name].equals(twice[name])
-    assert once.full_load_hours.to_numpy() == pytest.approx(twice.full_load_hours.to_numpy(), rel=0.01)
