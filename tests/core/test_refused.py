@@ -30,7 +30,7 @@ SIMULATE = [
     ("CITY --weather ERA5 --latitude 10 --longitude 10", "era5"),
     ("--weather ERA5 CITY", "give it before options of several values"),
     ("CITY --colour red", "--colour"),
-    ("CITY --racks tilt=80", "--racks: tilt=80 is out of range"),
+    ("CITY --racks tilt=80", "--racks: tilt=80 is no number in its range"),
     ("CITY --target-error 0", "--target-error"),
     ("CITY --target-error nan", "--target-error"),
     ("CITY --time-budget -1", "--time-budget"),

@@ -155,8 +155,8 @@ def test_gather_and_forward_agree_behind_a_tree():
     scene = wall_and_tree()
     settings = {"albedo": 0.6, "ground_albedo": 0.5, "max_bounces": 3, "leaf_area_density": 0.8, "threads": 1}
     settings["sky"] = "perez"
-    one = run_gather(scene, SUNS, samples=4096, shadow_samples=256, **settings)
-    other = run_forward(scene, SUNS, samples=60_000, **settings)
+    one = run_gather(scene, SUNS, samples=2048, shadow_samples=128, **settings)
+    other = run_forward(scene, SUNS, samples=30_000, **settings)
     bare = run_gather(wall_and_tree(trees=False), SUNS, samples=1024, shadow_samples=64, **settings)
     for find in (
         lambda found: (found.diffuse_relative, found.diffuse_relative_standard_error),
