@@ -125,10 +125,16 @@ def draw_rows(layout, context, headings):
         rows = read_rows(city, heading)
         if not rows:
             continue
-        head, body = layout.panel(f"citypv_{heading}", default_closed=heading in CLOSED)
-        head.label(text=TITLES[heading])
+        body = open_panel(layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED)
         for row in rows if body else ():
             draw_row(body.column(align=True), row)
+
+
+def open_panel(layout, name, title, *, closed=True):
+    """A part that can be closed, and is so at first: its layout, or None while it is closed."""
+    head, body = layout.panel(name, default_closed=closed)
+    head.label(text=title)
+    return body
 
 
 def draw_row(column, row):

@@ -9,7 +9,7 @@ from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
 from ..operators.result.summarise import COMPARISON
 from ..operators.session import find_city
-from .draw_steps import draw_numbers, draw_sentence
+from .draw_steps import draw_numbers, draw_sentence, open_panel
 
 PAGE = 12  # buildings on a page
 SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
@@ -56,8 +56,7 @@ def draw_best(layout, context):
     best = read_best(find_city(context.scene)[0])
     if not best:
         return
-    head, body = layout.panel("citypv_best", default_closed=True)
-    head.label(text="Best buildings, per year")
+    body = open_panel(layout, "citypv_best", "Best buildings, per year")
     if not body:
         return
     column = body.column(align=True)

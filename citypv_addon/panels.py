@@ -25,6 +25,7 @@ from .draw_steps import (
     draw_settings,
     draw_step,
     draw_variants,
+    open_panel,
 )
 from .draw_tables import draw_best, draw_comparison, draw_effects, draw_presets, draw_probed, draw_table
 
@@ -105,8 +106,7 @@ class ImportPanel(_Step, bpy.types.Panel):
         column, settings = self.start(context)
         draw_settings(column, settings, "lod", *settings_of_panel("import"))
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
-        head, meshes = column.panel("citypv_meshes", default_closed=True)
-        head.label(text="Meshes of this scene")
+        meshes = open_panel(column, "citypv_meshes", "Meshes of this scene")
         if meshes:
             meshes.prop(settings, "collection")
             draw_step(self.layout, meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
@@ -144,12 +144,10 @@ class TracePanel(_Step, bpy.types.Panel):
         file = ("albedo_file",) if settings.albedo_source == "file" else ()
         names = "suns", *number, *settings_of_panel("trace"), "albedo_source", *file, "horizon"
         draw_settings(column, settings, *names)
-        head, sampling = column.panel("citypv_sampling", default_closed=True)
-        head.label(text="Sampling")
+        sampling = open_panel(column, "citypv_sampling", "Sampling")
         if sampling:
             draw_settings(sampling, settings, *settings_of_panel("sampling"), "threads")
-        head, effects = column.panel("citypv_effects", default_closed=True)
-        head.label(text="Effects")
+        effects = open_panel(column, "citypv_effects", "Effects")
         if effects:
             draw_effects(effects, context, OF_LIGHT)
             effects.operator("citypv.plan_effects", icon="PRESET")
@@ -173,8 +171,7 @@ class EnergyPanel(_Step, bpy.types.Panel):
         names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
         draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")
-        head, effects = column.panel("citypv_electric_effects", default_closed=True)
-        head.label(text="Effects of the modules")
+        effects = open_panel(column, "citypv_electric_effects", "Effects of the modules")
         if effects:
             draw_effects(effects, context, ELECTRIC)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")

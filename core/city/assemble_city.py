@@ -1,7 +1,7 @@
 """Join the contents of files into one City: clean rings, one LoD per building, no duplicates, unique identifiers."""
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 
 import numpy as np
 
@@ -135,15 +135,13 @@ def drop_repeated_buildings(contents, report):
     """Leave out a building that is identical, point by point, in an earlier file (a neighbouring tile)."""
     seen = {}
     for content in contents:
-        by_building = {}
+        by_building, repeated = defaultdict(list), set()
         for polygon in content.polygons:
-            by_building.setdefault(polygon.building, []).append(polygon)
-        repeated = set()
+            by_building[polygon.building].append(polygon)
         for building, polygons in by_building.items():
             name, rings = content.buildings[building], [ring for polygon in polygons for ring in polygon.rings]
-            shape = hash(tuple(ring.tobytes() for ring in rings)) if name else None
-            earlier = seen.setdefault(name, (content, shape))
-            if name and earlier[0] is not content and earlier[1] == shape:
+            key = name, hash(tuple(ring.tobytes() for ring in rings))
+            if name and seen.setdefault(key, content) is not content:
                 repeated.add(building)
                 polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
                 area, _ = measure_polygons(np.concatenate(rings), starts_of(list(map(len, rings))), polygon_start)

@@ -72,12 +72,9 @@ class Canopy:
 
         Returns
         -------
-        (n,) float64
+        (2, n) float64
+            In each state; the second counts where there are two.
         """
-        return self._pass(ray_origins, ray_directions, reach, least)[0]
-
-    def _pass(self, ray_origins, ray_directions, reach=None, least=None):
-        """The same in each state: (2, n) float64, of which the second counts where there are two."""
         passed = np.ones((2, len(ray_origins)))
         met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
         ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
@@ -105,7 +102,7 @@ class Canopy:
         shape = ray_origins.shape[:2]
         numbers = spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1]).reshape(-1)
         rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
-        passed = self._pass(*rays, None if reach is None else reach.reshape(-1), numbers)
+        passed = self.transmittance(*rays, None if reach is None else reach.reshape(-1), numbers)
         return (passed[: self.states] < numbers).reshape(-1, *shape)
 
     def stop_shadow_rays(self, position, free, directions):
@@ -132,7 +129,7 @@ class Canopy:
             pair, point = np.nonzero(shaded[row, sun])
             numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
             rays = position[row[pair], point], directions[sun[pair]]
-            passed[:, pair, point] = self._pass(*rays, least=numbers[pair, point])
+            passed[:, pair, point] = self.transmittance(*rays, least=numbers[pair, point])
             found[:, row, sun] &= passed[: self.states] >= numbers
         return found
 

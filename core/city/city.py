@@ -37,7 +37,7 @@ class ImportReport:
         """Record what was left out, why, and its area [m²] if known."""
         if len(names):
             self.skipped.setdefault(reason, []).extend(names)
-        if area is not None:
+        if len(names) and area is not None:
             self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
 
     def note(self, words, names):

@@ -165,9 +165,10 @@ def triangulate(points, ring_start, polygon_start):
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
-    triangles, sound = _orient(plane, triangles)
-    triangles, owners = triangles[sound], owners[sound]
-    order = np.argsort(owners, kind="stable")
+    signed = _signed_area(plane, triangles)
+    triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)  # counter-clockwise seen from the front
+    sound = np.flatnonzero(np.abs(signed) > THIN * _longest_square(plane, triangles))
+    order = sound[np.argsort(owners[sound], kind="stable")]
     return triangles[order], owners[order]
 
 
@@ -256,10 +257,3 @@ def _longest_square(plane, triangles):
     corners = plane[triangles]
     edges = corners - np.roll(corners, 1, axis=-2)
     return (edges**2).sum(axis=-1).max(axis=-1)
-
-
-def _orient(plane, triangles):
-    """Triangles counter-clockwise seen from the front, and which of them are not degenerate."""
-    signed = _signed_area(plane, triangles)
-    triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)
-    return triangles, np.abs(signed) > THIN * _longest_square(plane, triangles)

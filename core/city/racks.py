@@ -119,9 +119,7 @@ def find_racked_roofs(surface_id, kind):
     array, (n,) bool
     """
     roofs = {roof_of_rack(surface_id[rack]) for rack in np.flatnonzero(np.asarray(kind) == RACK)}
-    if not roofs:
-        return np.zeros(len(surface_id), bool)
-    return np.array([name in roofs or whole_of_cell(name) in roofs for name in surface_id])
+    return np.array([name in roofs or whole_of_cell(name) in roofs for name in surface_id], bool)
 
 
 def lay_racks(scene, city, racks, patch_size=None, sectors="8"):

@@ -67,8 +67,6 @@ def _drop_holes(draft, report):
     count, area = np.diff(draft.ring_start), np.linalg.norm(measure_rings(draft.points, draft.ring_start), axis=1)
     drop = (count < 3) | ~(area > SMALLEST_AREA)
     drop[draft.polygon_start[:-1]] = False
-    if not drop.any():
-        return draft
     polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.polygon_start))
     kept = np.bincount(polygon[~drop], minlength=len(draft.polygons))
     report.repair("hole without area removed", [draft.names[i] for i in np.unique(polygon[drop])])
@@ -113,8 +111,7 @@ def _drop_degenerate(draft, report):
     eaten = flat & (area < -SMALLEST_AREA)
     beside = "holes larger than their outline, beside it"
     for reason, mask in (("fewer than three points", few), ("no area", flat & ~eaten), (beside, eaten)):
-        if mask.any():
-            report.skip(reason, draft.names_of(mask), np.maximum(area[mask], 0.0).sum())
+        report.skip(reason, draft.names_of(mask), np.maximum(area[mask], 0.0).sum())
     return draft.keep(~(few | flat))
 
 
@@ -128,9 +125,8 @@ def _drop_twins(draft, report):
     for better, worse in ((0, 1), (0, 2), (1, 2)):
         twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= TWIN_SHARE * size[worse])
         keep &= ~((rank == worse) & twin[draft.building])
-    if not keep.all():
-        reason = "second geometry of the same building (Solid beside its surfaces)"
-        report.skip(reason, draft.names_of(~keep), area[~keep].sum())
+    reason = "second geometry of the same building (Solid beside its surfaces)"
+    report.skip(reason, draft.names_of(~keep), area[~keep].sum())
     return draft.keep(keep)
 
 
@@ -148,8 +144,7 @@ def _drop_doubles(draft, report):
         key = group.reshape(-1)[k], cells[np.lexsort(cells.T)].tobytes()
         keep[k] = key not in seen
         seen.add(key)
-    if not keep.all():
-        report.skip("duplicate polygon in its building", draft.names_of(~keep), area[~keep].sum())
+    report.skip("duplicate polygon in its building", draft.names_of(~keep), area[~keep].sum())
     return draft.keep(keep)
 
 

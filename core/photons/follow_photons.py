@@ -270,7 +270,8 @@ def reflect_photons(target, key, photons, places, bounce):
         As in `meet_fronts`.
     bounce : int
     """
-    draws = draw_for_photons(key, photons.number, bounce)
+    own = mix(key + mix(photons.number.astype(np.uint64) ^ STREAM))
+    draws = uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)
     origins, directions, share = scatter(target.patches, places, photons.directions, draws, target.brdfs)
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
     going = weight > 0
@@ -342,9 +343,3 @@ def scatter(patches, places, directions, draws, brdfs):
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T
     return *leave_patches(patches, places, local), share
-
-
-def draw_for_photons(key, number, bounce):
-    """Random numbers, (m, NUMBERS) float32, of photons by their indices, (m,) int64, in a source with a key."""
-    own = mix(key + mix(number.astype(np.uint64) ^ STREAM))
-    return uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)

@@ -16,17 +16,7 @@ from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import choose_by_power, low_discrepancy
-from .follow_photons import (
-    QUANTUM,
-    Photons,
-    Tally,
-    draw_for_photons,
-    end_in_crowns,
-    leave_patches,
-    meet_fronts,
-    reflect_photons,
-    scatter,
-)
+from .follow_photons import Photons, Tally, end_in_crowns, leave_patches, meet_fronts, reflect_photons
 
 NOTHING, SKY, FAR_GROUND = -3, -2, -1  # what a ray from a face meets, if not a patch
 
@@ -134,11 +124,8 @@ def photons_of_surroundings(target, faces, batch, is_sky):
 def reflect_first(target, batch, places, travel, chosen):
     """Photons after their reflection at places of faces, on which they arrived in directions `travel`."""
     number = batch.number[chosen]
-    draws = draw_for_photons(batch.key, number, 0)
-    origins, directions, share = scatter(target.patches, places, travel, draws, target.brdfs)
-    weight = np.rint(share / QUANTUM) * QUANTUM
-    row = number // batch.per_replicate
-    return Photons(origins, directions, weight, number, row).take(weight > 0)
+    photons = Photons(travel, travel, np.ones(len(number)), number, number // batch.per_replicate)
+    return reflect_photons(target, batch.key, photons, places, 0)
 
 
 def follow_reflected(target, key, photons, last):

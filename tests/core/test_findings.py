@@ -43,8 +43,8 @@ def test_wall_shared_for_a_third_is_not_called_inside():
 
 def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     city = make_city(box("a", 0, 0, 10, 8, 0, 6))
-    city.report = ImportReport(repaired={"mended": ["s2"]}, skipped={"lost": ["x"], "gone": ["y"]})
-    city.report.skip("lost", [], 3.5)
+    city.report = ImportReport(repaired={"mended": ["s2"]}, skipped={"gone": ["y"]})
+    city.report.skip("lost", ["x"], 3.5)
     found = findings_of(city, options=SceneOptions(grid_size=2.0))
     scene = build_scene(city, 50.0, 8.0, options=SceneOptions(grid_size=2.0))
     assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}

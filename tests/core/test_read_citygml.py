@@ -152,7 +152,7 @@ def test_files_in_two_systems_are_refused():
 
 
 def test_missing_lod_names_those_met():
-    with pytest.raises(InputError, match=r"no building has LoD 3 \(met: 2\)"):
+    with pytest.raises(InputError, match=r"no building has LoD 3 \(LoD met: 2\)"):
         read_city(find("denhaag_1BwBP.gml"), lod=3)
     with pytest.raises(InputError, match="not a level of detail"):
         read_city(find("denhaag_1BwBP.gml"), lod="9")
