@@ -52,10 +52,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         light = TraceCity.expect(None, (None, request, None))
         if light is None:
             return None
-        whole = sum(light.values())
-        before = {name: 0.02 * share * whole for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-        first = {STAGE: 0.2 * whole} if look else {}
-        return before | first | light | {"electricity": 0.05 * whole}
+        shares = {name: 0.02 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
+        shares |= ({STAGE: 0.2} if look else {}) | {name: rays / sum(light.values()) for name, rays in light.items()}
+        return shares | {"electricity": 0.05}
 
     @staticmethod
     def work(task, progress):

@@ -109,7 +109,7 @@ def read_finishes(names, colours):
     InputError
         There are no materials, or one was removed.
     """
-    known = {material.name_full: material for material in bpy.data.materials}
+    known, finishes = {material.name_full: material for material in bpy.data.materials}, {}
     wanted = sorted(set(names) - {""})
     if not wanted:
         raise InputError("Materials", "no face has a material", "assign materials, or set Albedo from to One value")
@@ -117,10 +117,8 @@ def read_finishes(names, colours):
         if name not in known and name not in colours:
             cure = "take the meshes again, or give its faces another"
             raise InputError("Materials", f"{name!r} was removed or renamed", cure)
-    finishes = {
-        name: read_finish(known[name]) if name in known else named_material(name, colours[name]) for name in wanted
-    }
-    unread = [name for name, finish in finishes.items() if finish is None]
+        finishes[name] = read_finish(known[name]) if name in known else named_material(name, colours[name])
+    unread = [name for name in wanted if finishes[name] is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
 
 
@@ -152,10 +150,10 @@ def read_shader(material):
     else:
         output = tree.get_output_node("ALL")
         links = output.inputs["Surface"].links if output is not None else ()
-        node, found = links[0].from_node if links else None, []
-        for part in NODES.get(node.type, ()) if node is not None else ():
-            socket = node.inputs[part] if isinstance(part, str) else None
-            found.append(part if socket is None else None if socket.is_linked else socket.default_value)
+        node = links[0].from_node if links else None
+        parts = NODES.get(node.type, ()) if node is not None else ()
+        found = [node.inputs[part] if isinstance(part, str) else part for part in parts]
+        found = [one if isinstance(one, float) else None if one.is_linked else one.default_value for one in found]
     colour, *rest = found or (None,) * 4
     if colour is not None:
         colour = tuple(Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear())

@@ -143,11 +143,10 @@ def trace_rounds(session, weather, request, progress):
         return trace_scene(session.scene, weather, request, progress)
     if not wants_rounds(request):
         base = trace_base(session.scene, weather, request, progress)
-        transfer = base.transfer
-        if transfer.record.interrupted:
-            return weigh_kept_suns(transfer, weather.axis)
+        if base.transfer.record.interrupted:
+            return weigh_kept_suns(base.transfer, weather.axis)
         session.base = base
-        return transfer
+        return base.transfer
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted
     from ...core.light.prepare_scene import prepare_scene

@@ -1,6 +1,7 @@
 """What CityPV draws over the 3D view: the legend of the coloured city, charts of what was probed, selected faces."""
 
 import textwrap
+from itertools import pairwise
 
 import blf
 import bpy
@@ -79,9 +80,11 @@ def draw_legend():
     for share, text in scale.labels():
         write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
     values = np.arange(len(scale.classes)) if scale.classes else np.linspace(scale.low, scale.high, BOXES)
-    step = width / len(values)
-    for place, colour in enumerate(colours_of_values(scale, values).tolist()):
-        draw_box((left + place * step, bottom, step, height), (*colour, 1.0))
+    edges = np.linspace(left, left + width, len(values) + 1).tolist()
+    points = [(x, y) for ends in pairwise(edges) for x in ends for y in (bottom, bottom + height)]
+    colours = [(*colour, 1.0) for colour in colours_of_values(scale, values).tolist() for _ in range(4)]
+    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
 
 
 def draw_box(box, colour):

@@ -54,9 +54,8 @@ def place_camera(scene, points, width=1600, height=900):
 
 def find_camera(scene):
     """The camera of CityPV's pictures, created if missing, as the camera of a Blender scene."""
-    camera = bpy.data.objects.get(CAMERA)
-    if camera is None:
-        camera = bpy.data.objects.new(CAMERA, bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA))
+    data = bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA)
+    camera = bpy.data.objects.get(CAMERA) or bpy.data.objects.new(CAMERA, data)
     if camera.name not in scene.collection.all_objects:
         scene.collection.objects.link(camera)
     scene.camera = camera

@@ -123,8 +123,7 @@ def follow_frame(stage, *_):
         show_moment(stage)
     elif bpy.app.background:
         bpy.ops.citypv.timeline()
-    elif not bpy.app.timers.is_registered(compute_again):
-        # Not from within a handler: it runs in the background.
+    elif not bpy.app.timers.is_registered(compute_again):  # not from within a handler: it runs in the background
         bpy.app.timers.register(compute_again, first_interval=0.1)
 
 
@@ -169,11 +168,11 @@ def light_scene(stage, direction, dni, dhi):
     dni, dhi : float [Wm⁻²]
     """
     up = direction[2] > 0
-    lamp = bpy.data.objects.get(SUN)
-    if lamp is None:
+    if SUN not in bpy.data.objects:
         lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
         lamp.data.angle, lamp[PREFIX + "part"] = ANGLE, "sun"
         show_objects(stage, lamp)
+    lamp = bpy.data.objects[SUN]
     lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
     lamp.data.energy = STRENGTH * dni if up else 0.0
     if SKY not in bpy.data.worlds:

@@ -78,7 +78,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         earlier = find_session(before)
         if self.format in COMPARED and (session.scene is None or earlier is None or earlier.energy is None):
             raise InputError(city.name, "it is compared with nothing", "edit it, or keep a result as before")
-        path = Path(bpy.path.abspath(self.filepath)) if self.filepath else suggest_path(self.format)
+        path = Path(bpy.path.abspath(self.filepath or str(suggest_path(self.format))))
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
         names = [str(item.get(VARIANT, item.name)) for item in (before, city) if item is not None]

@@ -205,8 +205,7 @@ def chart_surfaces(session, rows):
 
 def read_charts(city):
     """Months (12,) [MWh] and curves (3, 24) [kW] of what was probed last, or None."""
-    values = city.get(CHARTS) if city is not None else None
-    if values is None:
+    if city is None or CHARTS not in city:
         return None
-    values = np.array(values)
+    values = np.array(city[CHARTS])
     return values[:12], values[12:].reshape(len(CURVES), 24)
