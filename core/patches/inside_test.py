@@ -87,7 +87,10 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
     (triangle, b1, b2), point, keys = rays
     for turn in range(turns):
         u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
-        local = tuple(part[:, None] for part in flat_direction(u, v))
+        # Directions along the face with an even logarithm of their cosine to the normal.
+        height, angle = np.float32(FLATTEST) ** u, np.float32(2 * np.pi) * v
+        along = np.sqrt(1 - height * height)
+        local = tuple(part[:, None] for part in (along * np.cos(angle), along * np.sin(angle), height))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
         origins = origins + ahead if turn == 0 else origins
@@ -101,13 +104,6 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
         triangle, b1, b2, point, keys = met[on], b1[on], b2[on], point[on], keys[on]
         if not len(on):
             break
-
-
-def flat_direction(u, v):
-    """Directions along a face, in its frame, with an even logarithm of their cosine to the normal: three (...)."""
-    height, angle = np.float32(FLATTEST) ** u, np.float32(2 * np.pi) * v
-    along = np.sqrt(1 - height * height)
-    return along * np.cos(angle), along * np.sin(angle), height
 
 
 def find_touching(patches, own, hits):

@@ -156,10 +156,7 @@ def keys_of_triangles(scene, *seeds):
     list of (t,) uint64
         For each seed.
     """
-    names = [
-        UNNAMED if made_up else name
-        for name, made_up in zip(scene.surfaces.surface_id, find_made_up(scene), strict=True)
-    ]
+    names = np.where(find_made_up(scene), UNNAMED, np.array(scene.surfaces.surface_id, object))
     digests = digest_names([*names, UNNAMED])
     number = number_triangles(scene) if scene.number is None else scene.number
     own = mix(number.astype(np.uint64) + np.uint64(1))
