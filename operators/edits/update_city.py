@@ -5,7 +5,6 @@ from queue import SimpleQueue
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError
 from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import ASKED, read_settings
@@ -19,7 +18,6 @@ from ..run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..session import Session, find_city, find_own_city, find_session, find_state
 from .read_seen import read_seen
 
-AGAIN = "classify and trace it again: edits start from what its rays met (an opened file, rounds and forward keep none)"
 BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
 HOURS = "full_load_hours"
 OF_BASE = ("import", "classify", "trace")  # steps whose settings are those of the city before
@@ -45,8 +43,6 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         """Read the city as it is seen."""
         city, _ = find_city(context.scene)
         session = find_session(city)
-        if session is None or session.base is None:
-            raise InputError(city.name, "its light cannot be edited", AGAIN)
         if hinders_update(city):
             check_unedited(city)
         leave_edit_mode(context)
