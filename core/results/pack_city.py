@@ -137,8 +137,8 @@ def measure_faces(results, mounted):
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }
-    own = [] if results.months is None else np.where(carries, results.months.T * spread, np.nan)
-    return values | {f"month_{number:02d}": hours for number, hours in enumerate(own, 1)}
+    months = np.where(carries, results.months.T * spread, np.nan)
+    return values | {f"month_{number:02d}": own for number, own in enumerate(months, 1)}
 
 
 def explain_faces(faces, mounted):
@@ -180,8 +180,8 @@ def list_layers(values, mounted):
         "sky": titles["sky_view_factor"],
     }
     words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
-    every = np.concatenate([values[name][rows] for name in months]) if months else area
-    shared = dict.fromkeys(months, choose_range(every, np.tile(area, max(len(months), 1))))
+    every = np.concatenate([values[name][rows] for name in months])
+    shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
     if "change" in values:
         words = {"change": ("Change of the full load hours", "h per year")} | words
         known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]
@@ -202,38 +202,30 @@ def list_layers(values, mounted):
 
 
 def pack_shapes(outlines, building):
-    """Corners, rings and triangles of the surfaces, and the ground beneath them: dict of arrays."""
+    """Corners, rings and triangles of the surfaces, and heights of the ground through the feet of the buildings.
+
+    Returns
+    -------
+    dict of arrays
+        The ground's are plate_bounds (4,), x and y, each from and to [m], and plate (GROUND_STEPS ** 2,) [m], rows from
+        south to north.
+    """
     rows = np.flatnonzero(np.diff(outlines.surface_start) > 0)  # triangulate knows no surface without rings
     ring_start, start = outlines.ring_start.astype(np.int64), outlines.surface_start.astype(np.int64)
     triangles, _ = triangulate(outlines.points.astype(float), ring_start, np.append(start[rows], start[-1]))
+    points, corner_building = outlines.points, np.repeat(building, np.diff(ring_start[start]))
+    low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
+    margin = MARGIN * max(high - low)
+    x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
+    nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     return {
         "corners": np.round(1000.0 * outlines.points.T).astype(np.int64),  # [mm] all x, all y, all z
         "ring_start": ring_start,
         "surface_start": start,
         "triangles": triangles,
-        **lay_plate(outlines.points, np.repeat(building, np.diff(ring_start[start]))),
+        "plate_bounds": np.array([x[0], x[-1], y[0], y[-1]]),
+        "plate": heights_at(nodes, find_feet(points, corner_building).astype(float)) - BELOW,
     }
-
-
-def lay_plate(points, corner_building):
-    """Heights of the ground through the feet of the buildings, on a grid around the city.
-
-    Parameters
-    ----------
-    points : (m, 3) float32 [m]
-    corner_building : (m,) int
-
-    Returns
-    -------
-    dict
-        plate_bounds (4,): x and y, each from and to [m]; plate (GROUND_STEPS ** 2,) [m], rows from south to north.
-    """
-    feet = find_feet(points, corner_building).astype(float)
-    low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
-    margin = MARGIN * max(high - low)
-    x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
-    nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    return {"plate_bounds": np.array([x[0], x[-1], y[0], y[-1]]), "plate": heights_at(nodes, feet) - BELOW}
 
 
 def find_feet(corners, building):

@@ -16,24 +16,22 @@ from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
-from .earlier_versions import LIGHT, complete_faces, complete_groups, complete_summary, read_light
-from .surfaces_file import CURE, read_surfaces, read_texts
-from .surfaces_file import NAME as SURFACES
+from .surfaces_file import AGAIN, CURE, read_surfaces, read_texts
 from .write_tables import WHOLE
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = ("area", "surface_tilt", "surface_azimuth", "covered_share")
+FACE_NUMBERS = ("area", "open_area", "module_area", "surface_tilt", "surface_azimuth", "covered_share")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
-GROUP_NUMBERS = ("index", "full_load_hours", "count", "area")
+GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
 SECTIONS = {  # of summary.json, and what must stand in each
     "input": ("site", "surfaces"),
     "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
-    "settings": ("module",),
+    "settings": ("module", "mounting", "sectors", "hidden_walls", "usable"),
     "suns": ("way", "count"),
-    "error_budget": (),
-    "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp"),
+    "error_budget": ("unit",),
+    "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp", "kinds", "without_modules", "dark"),
 }
 PLACE = ("latitude", "longitude")
 TOLERANCE = 0.01  # by which hours in two files of one run may differ: both are rounded
@@ -62,7 +60,7 @@ class Results:
     interval: pd.Timedelta
     suns: np.ndarray  # (s, 3) unit vectors towards the suns that were traced
     outlines: Outlines | None  # None where the light is that of a file without them
-    months: np.ndarray | None  # (n, 12) [h] full load hours of each surface by month; None in earlier versions
+    months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
 
 
 def read_results(folder):
@@ -94,31 +92,22 @@ def read_results(folder):
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     times, interval, sums = read_times(folder / "timeseries.nc")
     compare_hours(folder / "timeseries.nc", groups, sums * (interval / pd.Timedelta(hours=1)), summary)
-    complete_faces(faces, summary)
-    groups = complete_groups(groups, summary["input"]["site"]["longitude"])
-    if (folder / SURFACES).is_file() or not (folder / LIGHT).is_file():
-        suns, outlines, months = read_surfaces(folder, faces["surface_id"].tolist())
-    else:
-        suns, outlines, months = read_light(folder, faces)
-    name = folder.absolute().name
-    return Results(name, faces, groups, summary, times, interval, suns, outlines, months)
+    light = read_surfaces(folder, faces["surface_id"].tolist())
+    return Results(folder.absolute().name, faces, groups, summary, times, interval, *light)
 
 
 def read_summary(path):
     """Summary of a run: dict."""
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(path, f"cannot be read as JSON ({error})", CURE) from error
-    summary = summary if isinstance(summary, dict) else {}
-    missing = [name for name in SECTIONS if not isinstance(summary.get(name), dict)]
-    parts = {name: keys for name, keys in SECTIONS.items() if name not in missing}
-    missing += [f"{name}.{key}" for name, keys in parts.items() for key in keys if summary[name].get(key) is None]
-    site = {} if missing else summary["input"]["site"]
-    missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), float)]
+        told = {(name, key): summary.get(name, {}).get(key) for name, keys in SECTIONS.items() for key in keys}
+        missing = [".".join(names) for names, value in told.items() if value is None]
+        site = {} if missing else summary["input"]["site"]
+        missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), float)]
+    except (ValueError, AttributeError) as error:
+        raise InputError(path, f"cannot be read as the summary of a run ({error})", CURE) from error
     if missing:
-        raise InputError(path, f"has no {', '.join(missing)}", CURE)
-    complete_summary(summary)
+        raise InputError(path, f"has no {', '.join(missing)}", AGAIN)
     return summary
 
 
@@ -242,23 +231,6 @@ def in_order(names, order):
     """The different names, those of a given order first, others behind them by the alphabet: list of str."""
     found = set(names)
     return [name for name in order if name in found] + sorted(found - set(order))
-
-
-def tabulate_groups(groups):
-    """The groups with their annual full load hours and the standard error of those.
-
-    Parameters
-    ----------
-    groups : pandas.DataFrame
-        groups.csv.
-
-    Returns
-    -------
-    pandas.DataFrame
-        kind, orientation, count, area [m²], full_load_hours [h], error [h] (NaN: unknown).
-    """
-    table = groups[groups["period"] == "annual"].rename(columns={"full_load_hours_standard_error": "error"})
-    return table[["kind", "orientation", "count", "area", "full_load_hours", "error"]].reset_index(drop=True)
 
 
 def select_mounted(faces):

@@ -9,6 +9,7 @@ import base64
 import hashlib
 import importlib.util
 from html import escape
+from math import isnan
 from pathlib import Path
 from string import Template
 
@@ -29,7 +30,7 @@ from .describe_run import (
     summarise_errors,
 )
 from .pack_city import pack_city
-from .read_results import MONTHS, kind_title, tabulate_groups, tabulate_periods
+from .read_results import MONTHS, kind_title, tabulate_periods
 
 NAME = "report.html"
 HOURS = (
@@ -209,10 +210,11 @@ def compose_totals(summary):
     """What all suitable surfaces together would give, what windows take, and what carries no modules."""
     totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
     names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
-    rows = [(PAPERS_WHOLE if some else "All", *row_of_potential(totals, names))]
-    rows += [
-        (kind_title(kind) + (", beside these" if some and kind == "flat" else ""), *row_of_potential(one, names))
-        for kind, one in totals["kinds"].items()
+    parts = {PAPERS_WHOLE if some else "All": totals}
+    for kind, one in totals["kinds"].items():
+        parts[kind_title(kind) + (", beside these" if some and kind == "flat" else "")] = one
+    rows = [
+        [name, *("–" if one.get(key) is None else f"{one[key]:,.0f}" for key in names)] for name, one in parts.items()
     ]
     head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
     head += ["Before losses, DC [MWh]"] if has_losses(summary) else []
@@ -231,27 +233,21 @@ def compose_totals(summary):
     )
 
 
-def row_of_potential(total, names):
-    """Some figures of `sum_potential` as text."""
-    return ["–" if total.get(name) is None else f"{total[name]:,.0f}" for name in names]
-
-
 def compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
-    groups = tabulate_groups(results.groups)
+    groups = results.groups[results.groups["period"] == "annual"]
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
     rows = []
     for one in groups.to_dict("records"):
-        error = f"{one['error']:.2g}" if one["error"] == one["error"] else "unknown"
+        error = one["full_load_hours_standard_error"]
         row = [kind_title(one["kind"]), one["orientation"], f"{one['count']:,.0f}", f"{one['area']:,.0f}"]
-        rows.append([*row, f"{one['full_load_hours']:.1f}", error])
-    years = fold_periods(results.groups, "year", "Full load hours of each year [h]", str)
+        rows.append([*row, f"{one['full_load_hours']:.1f}", "unknown" if isnan(error) else f"{error:.2g}"])
     return section(
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
         paragraph(f"± is the {SPREAD}. {ELSEWHERE}", "small"),
         fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
-        years,
+        fold_periods(results.groups, "year", "Full load hours of each year [h]", str),
     )
 
 

@@ -197,29 +197,15 @@ def test_yield_keeps_the_shapes(folder, tmp_path):
     assert "earlier run" in page.text
 
 
-def test_a_folder_of_an_earlier_version_is_plotted(folder, tmp_path):
-    """As 0.2.0 began: shapes in transfer.nc, DC, no areas of modules, no sums by kind, hours in UTC alone."""
+def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(folder, tmp_path, refused):
+    """As 0.2.0 began: no areas of modules, no sums by kind; citypv yield writes what is missing."""
     old = tmp_path / "old"
     shutil.copytree(folder, old)
-    (old / "surfaces.nc").unlink()
-    faces = pd.read_csv(old / "faces.csv", dtype=str, keep_default_na=False)
-    faces.drop(columns=["module_area", "open_area"]).to_csv(old / "faces.csv", index=False)
-    groups = pd.read_csv(old / "groups.csv").query("period != 'solar_hour'")
-    groups.drop(columns="full_load_hours_standard_error").to_csv(old / "groups.csv", index=False)
     summary = json.loads((old / "summary.json").read_text(encoding="utf-8"))
-    for part, names in (
-        ("totals", ("kinds", "without_modules", "dark", "mwh_dc_per_year")),
-        ("settings", ("sectors", "hidden_walls", "usable", "mounting", "method", "losses", "inverter")),
-    ):
-        for name in names:
-            del summary[part][name]
+    del summary["totals"]["kinds"]
     (old / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
-    assert main(["plot", str(old), "--quiet"]) == 0
-    page = Page((old / "report.html").read_text(encoding="utf-8"))
-    assert set(page.figures) == FIGURES
-    now, then = read_results(folder), read_results(old)
-    assert np.array_equal(then.outlines.points, now.outlines.points) and np.array_equal(then.suns, now.suns)
-    assert then.months is None and "those of direct current (DC)" in page.text
+    said = refused("plot", old)
+    assert "has no totals.kinds" in said and "compute the folder again, by citypv simulate or citypv yield" in said
 
 
 def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
