@@ -14,7 +14,6 @@ from thorough import draw_count
 from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.commands.hard_checks import narrow_gap
 from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
@@ -96,11 +95,6 @@ def test_gather_is_forward_in_a_gap():
     found, stated = light_by_gather(scene, 3)
     known, error = light_of(photons, 3)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
-
-
-def test_the_gap_of_the_selfcheck():
-    """Light spread down a gap by patches as large as its walls is within what they state."""
-    assert narrow_gap() == (1.0, 0.0)
 
 
 def room(scene, **settings):
