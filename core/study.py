@@ -8,8 +8,6 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
-from functools import partial
-
 from .accuracy.sun_sampling import CityYear, measure_ways
 from .accuracy.trace_run import choose_year, trace_run
 from .city.build_scene import SceneOptions, build_scene
@@ -18,7 +16,7 @@ from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
-from .light.edit_light import edit_light, trace_editable
+from .light.edit_light import trace_editable
 from .light.prepare_scene import prepare_scene
 from .patches.read_albedo import check_materials
 from .photons.specular_light import specular_of
@@ -27,7 +25,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import ignore_share, report_polygons, silent
+from .settings.progress import silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -35,8 +33,6 @@ from .sun.sky_models import choose_sky
 from .sun.sun_sampling import parse_sampling
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
-
-SCENE_STAGE = "building the scene"
 
 
 def check_settings(request):
@@ -103,11 +99,10 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, report_share=ignore_share, like=None):
+def stand_city(city, request, like=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
-    `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene
-    `like`, of the city before an edit, where one is given.
+    The site and the lattice of the ground are those of the Scene `like`, where one is given: the city before an edit.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
@@ -123,7 +118,6 @@ def stand_city(city, request, report_share=ignore_share, like=None):
         ground=request.ground,
         patch_size=request.patch_size,
         options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice, like),
-        report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
 
@@ -195,35 +189,6 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
     prepared = prepared or prepare_study(scene, weather, request, progress=progress)
     suns = choose_year(weather, request) if prepared.suns is None else prepared.suns
     return trace_editable(prepared, suns, request, progress, specular=specular_of)
-
-
-def trace_edit(base, city, progress=silent, *, request=None, preview=None):
-    """Trace an edited City (`city.edit_city`) from what is known of the one before: EditableCity.
-
-    Parameters
-    ----------
-    base : EditableCity
-    city : City
-    progress : callable, optional
-        See `core.progress`.
-    request : Request, optional
-        With other materials than those of the base.
-    preview : callable, optional
-        As of `edit_light`: annual light before each sun is solved.
-
-    Raises
-    ------
-    CancelledError
-    InputError
-        As of `edit_light`.
-    """
-    scene = stand_city(
-        city,
-        request or base.request,
-        partial(report_polygons, progress, SCENE_STAGE, len(city)),
-        like=base.scene,
-    )
-    return edit_light(base, scene, progress, request=request, preview=preview)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):

@@ -56,9 +56,10 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
+        from ...core.light.edit_light import edit_light
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import edit_light, stand_city
+        from ...core.study import stand_city
 
         session, seen, request, state, known, before, found = task
         if known is None:

@@ -37,10 +37,10 @@ def sums_here():
 def refuse_to_trace(monkeypatch):
     """What is computed from here on fails."""
 
-    def trace_edit(*_, **__):
+    def edit_light(*_, **__):
         raise AssertionError("traced")
 
-    monkeypatch.setattr("citypv.core.study.trace_edit", trace_edit)
+    monkeypatch.setattr("citypv.core.light.edit_light.edit_light", edit_light)
 
 
 def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):

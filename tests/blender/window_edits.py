@@ -64,8 +64,8 @@ def move_tower(window, times):
 def undo_move(window, row):
     """Undo the last move: the results of the place before are there again, without tracing."""
     window.ask(
-        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.study')\n"
-        "space = bpy.app.driver_namespace; space['trace_edit'] = trace.trace_edit; trace.trace_edit = None"
+        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.light.edit_light')\n"
+        "space = bpy.app.driver_namespace; space['edit_light'] = trace.edit_light; trace.edit_light = None"
     )
     place = window.ask("answer = bpy.data.objects['tower'].location.x")
     for _ in range(3):  # clicks in the sidebar are steps of undo as well
@@ -76,6 +76,6 @@ def undo_move(window, row):
     assert window.ask("answer = bpy.data.objects['tower'].location.x") == place + 3
     assert read_sums(window)["existing"] == row
     window.ask(
-        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.study').trace_edit = "
-        "bpy.app.driver_namespace['trace_edit']"
+        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.light.edit_light').edit_light = "
+        "bpy.app.driver_namespace['edit_light']"
     )

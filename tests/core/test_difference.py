@@ -9,7 +9,8 @@ from test_edit_light import REQUEST, annual_light, make
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.difference import errors_of_difference
-from citypv.core.study import compute_energy, place_city, read_year, trace_base, trace_edit
+from citypv.core.light.edit_light import edit_light
+from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base
 
 pytestmark = pytest.mark.once
 
@@ -24,7 +25,7 @@ def test_the_error_of_a_difference_is_its_scatter():
     weather, differences, stated, apart = read_year(scene.site, request), [], [], []
     for seed in range(16):
         base = trace_base(scene, weather, replace(request, seed=seed))
-        edited = trace_edit(base, after)
+        edited = edit_light(base, stand_city(after, base.request, like=base.scene))
         found, (old, new) = errors_of_difference(base, edited)
         differences.append(annual_light(edited.transfer)[:, new] - annual_light(base.transfer)[:, old])
         for errors, one in ((stated, found), (apart, base.transfer)):
@@ -43,7 +44,8 @@ def test_the_error_of_a_difference_is_the_same_both_ways():
     city, request = make("row")
     scene = place_city(city, request)
     base = trace_base(scene, read_year(scene.site, request), request)
-    edited = trace_edit(base, edit_city(city, Change(raised={"b3": 9.0})))
+    after = edit_city(city, Change(raised={"b3": 9.0}))
+    edited = edit_light(base, stand_city(after, base.request, like=base.scene))
     weather, errors = read_year(scene.site, request), []
     record = replace(base.transfer.record, sun_sampling={"bias": 1.0, "rms": 2.0})
     leaf = base.city.states[0]

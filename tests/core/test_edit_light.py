@@ -21,7 +21,7 @@ from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, read_year, stand_city, trace_base, trace_edit
+from citypv.core.study import place_city, read_year, stand_city, trace_base
 
 pytestmark = pytest.mark.once
 
@@ -208,7 +208,7 @@ def try_edit(base_of, name, seed):
     city, base = base_of(name)
     change = draw_change(city, np.random.default_rng([seed, *name.encode()]))
     after = edit_city(city, change, base.transfer.site.convergence)
-    edited = trace_edit(base, after)
+    edited = edit_light(base, stand_city(after, base.request, like=base.scene))
     alone = replace(base.scene, trail=None, drawn=None)  # of sheets nothing is taken over
     prepared = prepare_edit(base, stand_city(after, base.request, like=alone), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
@@ -278,7 +278,7 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     states = [replace(leaf, transfer=replace(leaf.transfer, record=record))]
     stopped = replace(base, city=replace(base.city, states=states))
     with pytest.raises(InputError, match="trace it again"):
-        trace_edit(stopped, city)
+        edit_light(stopped, stand_city(city, stopped.request, like=stopped.scene))
     with pytest.raises(InputError, match="the base's site"):
         edit_light(base, place_city(city, replace(base.request, latitude=51.0)))
 
@@ -292,7 +292,7 @@ def annual_light(transfer):
 def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     """Without reflections a house behind the others; with them all of a city that is edited into itself."""
     city, base = base_of("houses")
-    same = trace_edit(base, edit_city(city, Change()))
+    same = edit_light(base, stand_city(edit_city(city, Change()), base.request, like=base.scene))
     assert same.transfer.record.hemisphere_rays == same.transfer.record.shadow_rays == 0
     found, rows = errors_of_difference(base, same)
     assert (rows[0] == rows[1]).all()
@@ -305,9 +305,8 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
 def test_the_preview_is_the_annual_light(base_of, name):
     city, base = base_of(name)
     previews = []
-    edited = trace_edit(
-        base, edit_city(city, Change(raised={"b2": 4.0})), preview=lambda *light: previews.append(light)
-    )
+    scene = stand_city(edit_city(city, Change(raised={"b2": 4.0})), base.request, like=base.scene)
+    edited = edit_light(base, scene, preview=lambda *light: previews.append(light))
     for found, state in zip(previews, edited.city.states, strict=True):
         direct = annual_light(state.transfer)[1]
         far = state.transfer.far_ground_view_factor * state.transfer.ground_albedo

@@ -12,10 +12,10 @@ from citypv.core.city.city import City
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.difference import errors_of_difference
-from citypv.core.light.edit_light import prepare_edit, trace_editable
+from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.progress import CancelledError
-from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base, trace_edit
+from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base
 
 pytestmark = pytest.mark.once
 
@@ -113,7 +113,7 @@ def test_a_hard_edit_is_a_full_run(bases, name):
     after = change(city) if callable(change) else edit_city(city, change, base.transfer.site.convergence)
     assert isinstance(after, City)
     request = replace(base.request, albedo_file=albedo and str(write_albedos(folder, albedo)))
-    edited = trace_edit(base, after, request=request)
+    edited = edit_light(base, stand_city(after, request or base.request, like=base.scene), request=request)
     alone = stand_city(after, request, like=replace(base.scene, trail=None, drawn=None))
     full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
     assert np.array_equal(edited.scene.sheet[: len(alone.sheet)], alone.sheet)
@@ -138,7 +138,7 @@ def test_what_neighbours_lose_is_the_difference_of_two_full_runs():
     after, scene = edit_city(city, add(13, -8, 5, 5, 0, 30)), place_city(city, request)
     weather = read_year(scene.site, request)
     base = trace_base(scene, weather, request)
-    lost, error = hours_of_neighbours(base, trace_edit(base, after), weather)
+    lost, error = hours_of_neighbours(base, edit_light(base, stand_city(after, request, like=base.scene)), weather)
     runs = []
     for seed in range(1, 7):
         again = [
@@ -160,10 +160,10 @@ def test_what_neighbours_lose_is_the_difference_of_two_full_runs():
 def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
     city, base, _ = bases("houses")
     after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
-    whole = trace_edit(base, after, lambda stage, *_: stages.append(stage), preview=lambda *_: None)
+    scene = stand_city(after, base.request, like=base.scene)
+    whole = edit_light(base, scene, lambda stage, *_: stages.append(stage), preview=lambda *_: None)
     told = list(dict.fromkeys(stages))
     assert told == [
-        "building the scene",
         "planning effects",
         "comparing patches",
         "sky and reflections",
@@ -180,6 +180,6 @@ def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
                 raise CancelledError
 
         with pytest.raises(CancelledError):
-            trace_edit(base, after, stop, preview=lambda *_: None)
-    again = trace_edit(base, after)
+            edit_light(base, scene, stop, preview=lambda *_: None)
+    again = edit_light(base, scene)
     assert check_law(base, again, whole) == 0
