@@ -17,12 +17,11 @@ import socket
 import sys
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from http.client import HTTPException
+from importlib import metadata
 from pathlib import Path
 from typing import Any
-from urllib.request import ProxyHandler, build_opener
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, count_of
 from ..settings.version import __version__
 
 SERIAL = "serial"
@@ -119,59 +118,32 @@ def open_workers(word):
         yield Workers(None, "This process")
         return
     import dask
-    import distributed  # noqa: F401  (brings its settings, which are to be here still when the block has ended)
+    from distributed import Client, LocalCluster  # brings its settings, to be here still when the block has ended
 
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.worker.multiprocessing-method": "spawn",
         "distributed.logging.distributed": "error",
     }
-    # A worker that is replaced is told by our own lines.
-    loggers = [logging.getLogger(name) for name in LOGGERS]
-    levels = [one.level for one in loggers]
     with dask.config.set(settings), ExitStack() as stack:
-        for one, level in zip(loggers, levels, strict=True):
-            stack.callback(one.setLevel, level)
+        for one in map(logging.getLogger, LOGGERS):  # a worker that is replaced is told by our own lines
+            stack.callback(one.setLevel, one.level)
             one.setLevel(logging.CRITICAL)
-        opened = open_local(value) if kind == "local" else open_remote(value)
-        with opened as client:
-            count = len(client.nthreads())
-            page = find_page(client.dashboard_link)
-            page = f"; dashboard at {page}" if page else ""
-            yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}")
+        page = ""
+        if kind == "local":  # processes of one thread, and a page at any free port
+            own = {"dashboard_address": ":0", "silence_logs": logging.CRITICAL, "preload": __name__}
+            cluster = LocalCluster(n_workers=value, threads_per_worker=1, processes=True, **own)
+            client = Client(stack.enter_context(cluster), timeout=PATIENCE, set_as_default=False)
+            stack.enter_context(client)
+            if importlib.util.find_spec("bokeh") is not None:
+                page = f"; dashboard at {client.dashboard_link}"
+        else:
+            client = open_remote(value, stack)
+        yield Workers(client, f"{count_of(len(client.nthreads()), 'worker')}{page}")
 
 
-def find_page(link):
-    """Address of the page of a cluster's workers; None where none answers: it needs bokeh, and can be switched off."""
-    try:
-        with build_opener(ProxyHandler({})).open(link or "", timeout=PATIENCE) as page:
-            return link if b"<html" in page.read(1000) else None
-    except (OSError, ValueError, HTTPException):
-        return None
-
-
-@contextmanager
-def open_local(count):
-    """Client of some processes on this machine, with one thread each, and a page at any free port."""
-    from distributed import Client, LocalCluster
-
-    with (
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=":0",
-            silence_logs=logging.CRITICAL,
-            preload=__name__,
-        ) as cluster,
-        Client(cluster, timeout=PATIENCE, set_as_default=False) as client,
-    ):
-        yield client
-
-
-@contextmanager
-def open_remote(address):
-    """Client of a scheduler that runs already."""
+def open_remote(address, stack):
+    """Client of a scheduler that runs already, closed with the stack."""
     from distributed import Client
 
     try:
@@ -180,22 +152,17 @@ def open_remote(address):
         # A port that is open on tls:// wants another key, or finds none here; else another protocol is spoken.
         foreign = SILENT if isinstance(error, OSError | ValueError) else FOREIGN
         raise InputError(f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else foreign)) from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError as error:
-            raise InputError(f"--cluster {address}", "has no workers", HOW_TO_START) from error
-        found = client.run(version_of_worker, on_error="return")
-        for worker, version in found.items():
-            if version != __version__:
-                problem = f"worker {worker} has {f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
-                raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
-        yield client
-
-
-def version_of_worker():
-    """Version of CityPV where this runs."""
-    return __version__
+    stack.enter_context(client)
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise InputError(f"--cluster {address}", "has no workers", HOW_TO_START) from error
+    found = client.run(metadata.version, "citypv", on_error="return")
+    for worker, version in found.items():
+        if version != __version__:
+            problem = f"worker {worker} has {f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
+            raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
+    return client
 
 
 def run_tasks(workers, function, tasks):

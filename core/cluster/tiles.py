@@ -18,10 +18,8 @@ from ..city.city import ImportReport
 from ..city.scene import FAR, NEAR, OWN, Crowns, add_backs, surface_of_triangles
 from ..light.transfer import take_fields
 from ..patches.patches import number_triangles
-from ..settings.errors import InputError
 from ..sun.solar_position import MINIMUM_ELEVATION
 
-SMALLEST = 20.0  # [m] tiles: twice the patches
 DEFAULT = 1000.0  # [m]
 RISE = np.tan(np.radians(MINIMUM_ELEVATION))
 LEFT_OUT = np.int8(-1)
@@ -48,17 +46,6 @@ class Tile:
     lowest: float  # [m] lowest point in the box
     reach: float  # [m] width of the near surroundings
     farthest: float  # [m] from the near surroundings to the farthest piece that is kept
-
-
-def check_tile_size(size):
-    """Refuse tiles that are no tiles.
-
-    Raises
-    ------
-    InputError
-    """
-    if not (np.isfinite(size) and size >= SMALLEST):
-        raise InputError("--tile", f"{size:g} m is too small", f"give {SMALLEST:g} m or more, such as {DEFAULT:g}")
 
 
 def box_pieces(scene):
@@ -117,7 +104,6 @@ def assign_tiles(scene, size):
     list of (str, (m,) int)
         Name, of column and row from the south-west, and rows of surfaces, ascending.
     """
-    check_tile_size(size)
     centres = find_centres(scene)
     place = np.floor((centres - centres.min(axis=0)) / size).astype(np.int64)
     squares, member = np.unique(place[:, ::-1], axis=0, return_inverse=True)
@@ -201,7 +187,7 @@ def take_part(scene, pieces, tile):
     around[far[low]] = LEFT_OUT
     complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)
-    used, triangles = number_corners(scene.triangles[kept], len(scene.vertices))
+    used, triangles = np.unique(scene.triangles[kept], return_inverse=True)
     count = len(scene.surfaces)
     rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
     place = np.full(count + 1, -1, np.int32)  # the generated ground's -1 takes the last
@@ -211,7 +197,7 @@ def take_part(scene, pieces, tile):
     part = replace(
         scene,
         vertices=scene.vertices[used],
-        triangles=triangles,
+        triangles=triangles.reshape(-1, 3).astype(np.int32),
         triangle_surface=place[scene.triangle_surface[kept]],
         footprint=scene.footprint[kept],
         closure=scene.closure[kept],
@@ -236,24 +222,17 @@ def take_part(scene, pieces, tile):
     return part, rows, complete
 
 
-def number_corners(triangles, count):
-    """Which of `count` vertices some triangles have, (w,) int, and the triangles as rows of these, (t, 3) int32."""
-    used = np.zeros(count, bool)
-    used[triangles.ravel()] = True
-    return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[triangles]
-
-
 def take_crowns(crowns, chosen):
     """Some trees: Crowns, or None without any."""
     if crowns is None or not chosen.any():
         return None
     kept = np.flatnonzero(chosen[crowns.tree])
     place = np.cumsum(chosen) - 1
-    used, triangles = number_corners(crowns.triangles[kept], len(crowns.vertices))
+    used, triangles = np.unique(crowns.triangles[kept], return_inverse=True)
     trees = np.flatnonzero(chosen)
     return Crowns(
         crowns.vertices[used],
-        triangles.astype(crowns.triangles.dtype),
+        triangles.reshape(-1, 3).astype(crowns.triangles.dtype),
         place[crowns.tree[kept]].astype(crowns.tree.dtype),
         crowns.trunk[kept],
         [crowns.names[tree] for tree in trees.tolist()],

@@ -30,9 +30,10 @@ from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks, write_task
-from .tiles import DEFAULT, assign_tiles, box_pieces, check_tile_size, prepare_whole, surround, take_part
+from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
+SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
 TASK_VERSION = 5  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
@@ -58,7 +59,9 @@ def check_cluster_settings(settings, request):
     """
     if settings is None:
         return
-    check_tile_size(settings.tile)
+    if not SMALLEST <= settings.tile < np.inf:
+        words = f"give {SMALLEST:g} m or more, such as {DEFAULT:g}"
+        raise InputError("--tile", f"{settings.tile:g} m is too small", words)
     check_cluster(settings.cluster)
     for name in ONE_MACHINE:
         if getattr(request, name) is not None:
