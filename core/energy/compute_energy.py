@@ -18,7 +18,7 @@ from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
 from .standard_errors import carry_to_hours, standard_errors_of_hours
-from .sum_block import BlockSums, add_sources, direct_part, run_model, sum_block, take_block
+from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
@@ -128,14 +128,8 @@ class Task:
 
     def block(self, rows, group_weight):
         """Data of some surfaces, rows (m,) int, with their weights in the groups, (m, g): Block."""
-        block = take_block(
-            self.transfer,
-            rows,
-            group_weight=group_weight,
-            iam=self.iam[:, rows].astype(self.hours.dni.dtype),
-            mounting=self.mounting[rows],
-        )
-        return add_sources(block, self.transfer, rows, self.sky)
+        own = {"iam": self.iam[:, rows].astype(self.hours.dni.dtype), "mounting": self.mounting[rows], "sky": self.sky}
+        return take_block(self.transfer, rows, group_weight=group_weight, **own)
 
 
 def prepare_task(transfer, weather, system, electric, sky):

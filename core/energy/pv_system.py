@@ -41,6 +41,7 @@ MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvli
 AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
 STANDING = ("flat", "rack")  # on these kinds
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
+SAME = ("mounting", "losses", "hidden_walls", "clearance", "sectors")  # of a Request and of a PvSystem
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
 MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
@@ -125,16 +126,12 @@ def build_system(request):
     module = pick_module(request.module)
     return PvSystem(
         module,
-        mounting=request.mounting,
         incidence=OF_LIBRARY[module.library] if request.iam == "module" else request.iam,
         diffuse_incidence=request.diffuse_iam,
-        losses=request.losses,
         inverter=pick_inverter(request.inverter, request.dc_ac_ratio) if request.inverter else None,
-        hidden_walls=request.hidden_walls,
-        clearance=request.clearance,
-        sectors=request.sectors,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
+        **{name: getattr(request, name) for name in SAME},
         **{key: request.effects.get(key, True) for key in ELECTRIC},
     )
 
@@ -283,14 +280,10 @@ def search_library(text, libraries, *, option):
             names = ", ".join(name for _, name in found[:SHOWN])
             more = f" and {len(found) - SHOWN:,} more" if len(found) > SHOWN else ""
             raise InputError(option, f"{text!r} matches {len(found):,} names", f"give more of the name: {names}{more}")
-    # The nearest are those with most of its words, then by similarity.
-    matcher, names = difflib.SequenceMatcher(b=wanted, autojunk=False), [name for _, name in known]
-    shared = {name: sum(word in join_letters(name) for word in words) for name in names}
-    ranked = []
-    for name in sorted(names, key=lambda name: -shared[name])[:CANDIDATES]:
-        matcher.set_seq1(join_letters(name))
-        ranked.append((-shared[name], -matcher.ratio(), name))
-    nearest = ", ".join(name for *_, name in sorted(ranked, key=lambda one: one[:2])[:SHOWN])
+    # The nearest are found among those with most of its words.
+    names = {join_letters(name): name for _, name in known}
+    candidates = sorted(names, key=lambda one: -sum(word in one for word in words))[:CANDIDATES]
+    nearest = ", ".join(names[one] for one in difflib.get_close_matches(wanted, candidates, SHOWN, 0.0))
     problem = f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})"
     raise InputError(option, problem, f"give one of its names, nearest: {nearest}")
 

@@ -10,7 +10,7 @@ actual hour is just in front of it:
          |
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,8 +49,11 @@ class BlockSums:
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
 
 
-def take_block(transfer, rows, *, group_weight, iam, mounting):
-    """Extract some surfaces of a Transfer, without the light of traced parts of the sky.
+def take_block(transfer, rows, *, group_weight, iam, mounting, sky=None):
+    """Extract some surfaces of a Transfer.
+
+    Light of the k traced parts of a sky is per irradiance in their units. A part darker than the dome takes light away,
+    from no surface more than the dome gives it.
 
     Parameters
     ----------
@@ -63,42 +66,34 @@ def take_block(transfer, rows, *, group_weight, iam, mounting):
         Of these surfaces, from `diffuse_incidence_factors`, in the precision to compute in.
     mounting : numpy.ndarray, (n,) int
         Of these surfaces, from `PvSystem.mounting_of`.
+    sky : SkyParts, optional
+        By default without traced parts.
 
     Returns
     -------
     Block
     """
     dtype = iam.dtype
-    none = np.zeros((0, len(rows)), dtype)
+    light = views = np.zeros((0, len(rows)))
+    if sky is not None and sky.sources:
+        traced = [transfer.sources[name] for name in sky.sources]
+        view = np.stack([light.view_factor[rows] for light in traced])
+        reflected = np.stack([light.relative[rows] for light in traced]) - view
+        views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
+        light = views + np.tile(reflected, (2, 1))
     return Block(
         normal=transfer.surfaces.normal[rows].T.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
-        sources=none,
-        source_view=none,
+        sources=light.astype(dtype),
+        source_view=views.astype(dtype),
         iam=iam,
         visible_share=filled_share(transfer, rows, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
         mounting=mounting,
     )
-
-
-def add_sources(block, transfer, rows, sky):
-    """The block of some rows with the light of the k traced parts of a sky, per irradiance in their units.
-
-    A part darker than the dome takes light away, from no surface more than the dome gives it.
-    """
-    if not sky.sources:
-        return block
-    traced = [transfer.sources[name] for name in sky.sources]
-    view = np.stack([light.view_factor[rows] for light in traced])
-    reflected = np.stack([light.relative[rows] for light in traced]) - view
-    views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
-    light = views + np.tile(reflected, (2, 1))
-    dtype = block.normal.dtype
-    return replace(block, sources=light.astype(dtype), source_view=views.astype(dtype))
 
 
 def sum_block(block, hours, model):
