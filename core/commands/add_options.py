@@ -22,14 +22,6 @@ TITLES = {
 NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
 
 
-class Gather(argparse.Action):
-    """Several values, of all the times that an option is given."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Add values to those from the command line before."""
-        setattr(namespace, self.dest, [*getattr(namespace, self.dest, ()), *values])
-
-
 def add_options(parser, *groups, hidden=()):
     """Add the options of some groups of settings to a parser.
 
@@ -46,7 +38,7 @@ def add_options(parser, *groups, hidden=()):
         for name, default, details in declared_settings(group):
             if details.option != "":
                 place.add_argument(
-                    details.option or "--" + name.replace("_", "-"),
+                    option_of(name),
                     dest=name,
                     help=argparse.SUPPRESS if name in hidden else describe_setting(default, details),
                     default=argparse.SUPPRESS,  # what is not given, method, preset and the defaults tell
@@ -56,17 +48,19 @@ def add_options(parser, *groups, hidden=()):
 
 def argument_of_setting(details):
     """Keywords of `add_argument` for a setting: dict."""
+    many = {"nargs": "+", "action": "extend", "metavar": details.metavar}
     shapes = {
         "flag": {"action": "store_true"},
         "switch": {"type": switch, "metavar": "on|off"},
         "choice": {"choices": tuple(details.choices or ())},
-        "texts": {"nargs": "+", "action": Gather, "metavar": details.metavar},
+        "texts": many,
+        "names": many,
+        "pairs": many | {"type": pair},
+        "shares": many | {"type": shares},
         "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     if details.kind in shapes:
         return shapes[details.kind]
-    if details.kind in SEVERAL:
-        return {"nargs": "+", "action": Gather, "metavar": details.metavar, **SEVERAL[details.kind]}
     kinds = {"number": float, "integer": int, "text": str}
     return {
         "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
@@ -78,7 +72,7 @@ def describe_setting(default, details):
     """Help of an option: unit, meaning, default."""
     unit = f"[{details.unit}] " if details.unit else ""
     shown = {True: "on", False: "off"}.get(default, default) if details.kind == "switch" else default
-    stated = details.kind not in ("flag", *SEVERAL) and default is not None
+    stated = details.kind not in ("flag", "names", "pairs", "shares") and default is not None
     return (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
 
 
@@ -117,9 +111,6 @@ def shares(text):
         except ValueError:
             raise argparse.ArgumentTypeError(f"{part!r} is not KEY=SHARE") from None
     return found
-
-
-SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds with several values
 
 
 def join_pairs(option, pairs):
@@ -183,12 +174,14 @@ def add_city(parser):
     add_options(parser, "city", "surfaces")
 
 
-def add_output(parser):
-    """Output options."""
+def add_output(parser, *, exports=False):
+    """Output options, and those of files that are written when they are asked for."""
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
     output.add_argument("--quiet", action="store_true", help="print errors only")
+    for name, words in EXPORTS.items() if exports else ():
+        output.add_argument(f"--{name}", action="store_true", help=f"write {words}")
 
 
 def add_world(parser):
@@ -206,7 +199,7 @@ def add_world(parser):
     place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
     place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
     place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
-    place.add_argument("--years", nargs="+", type=int, default=(), action=Gather, metavar="Y", help="averaged (all)")
+    place.add_argument("--years", nargs="+", type=int, default=[], action="extend", metavar="Y", help="averaged (all)")
     place.add_argument(
         "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
     )
@@ -217,7 +210,7 @@ def add_world(parser):
 def add_change(parser):
     """What `citypv variant` changes."""
     place = parser.add_argument_group("the change")
-    several = {"nargs": "+", "action": Gather, "default": []}
+    several = {"nargs": "+", "action": "extend", "default": []}
     place.add_argument("--add", metavar="FILE", help="buildings or trees, in the base's reference system", **several)
     place.add_argument("--local", action="store_true", help="files are in metres from the base's local origin")
     place.add_argument("--remove", metavar="ID", help="buildings, or trees", **several)
@@ -243,12 +236,6 @@ def numbers_of_id(count):
         return name, numbers if count > 1 else numbers[0]
 
     return parse
-
-
-def add_exports(parser):
-    """Add files that are written when they are asked for."""
-    for name, words in EXPORTS.items():
-        parser.add_argument(f"--{name}", action="store_true", help=f"write {words}")
 
 
 def list_exports(options):

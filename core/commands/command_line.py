@@ -21,7 +21,6 @@ from .add_options import (
     add_change,
     add_city,
     add_cluster,
-    add_exports,
     add_options,
     add_output,
     add_world,
@@ -93,12 +92,8 @@ def print_error(message, status):
 
 def handle_sigterm():
     """Treat SIGTERM like Ctrl-C, so that no partial output remains. Only possible in the main thread."""
-
-    def stop(number, frame):
-        raise KeyboardInterrupt
-
     try:
-        return signal.signal(signal.SIGTERM, stop)
+        return signal.signal(signal.SIGTERM, signal.default_int_handler)
     except ValueError:
         return None
 
@@ -110,72 +105,66 @@ def build_parser():
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every surface")
+    simulate = add_command(commands, run_simulate, "trace a city and write full load hours of every surface")
     add_city(simulate)
-    add_output(simulate)
+    add_output(simulate, exports=True)
     add_options(simulate, "weather", "electricity", "light", "sky", "effects", "run")
     add_cluster(simulate, tiles=True)
-    add_exports(simulate)
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
-    simulate.set_defaults(run=run_simulate)
-    again = commands.add_parser("yield", help="compute the yield of a transfer.nc with other weather or modules")
+    again = add_command(commands, run_yield, "compute the yield of a transfer.nc with other weather or modules")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
     add_options(again, "surfaces", "weather", "electricity", "sky", "effects", "run")
-    again.set_defaults(run=run_yield)
-    plot = commands.add_parser("plot", help="draw the results of a folder: report.html, or the maps of a world")
+    plot = add_command(commands, run_plot, "draw the results of a folder: report.html, or the maps of a world")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
     plot.add_argument("--quiet", action="store_true", help="print errors only")
-    plot.set_defaults(run=run_plot)
-    site = commands.add_parser("site", help="a city's solar map for a web server: 3D Tiles, an index, a page")
+    site = add_command(commands, run_site, "a city's solar map for a web server: 3D Tiles, an index, a page")
     site.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
     site.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
     site.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
     add_output(site)
-    site.set_defaults(run=run_site)
-    world = commands.add_parser("world", help="full load hours of traced districts all over the world")
+    world = add_command(commands, run_world, "full load hours of traced districts all over the world")
     add_world(world)
     add_output(world)
     add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
-    world.set_defaults(run=run_world)
     add_states(commands)
     add_views(commands)
     return parser
 
 
+def add_command(commands, run, words):
+    """Parser of a further command, which is named like the function `run_NAME` that runs it."""
+    parser = commands.add_parser(run.__name__.removeprefix("run_"), help=words)
+    parser.set_defaults(run=run)
+    return parser
+
+
 def add_states(commands):
     """Commands about several states of a city."""
-    variant = commands.add_parser("variant", help="an edited city, from a run of simulate --editable, in seconds")
+    variant = add_command(commands, run_variant, "an edited city, from a run of simulate --editable, in seconds")
     variant.add_argument("base", metavar="BASE", help="result folder")
     add_change(variant)
-    add_output(variant)
-    add_exports(variant)
-    variant.set_defaults(run=run_variant)
-    compare = commands.add_parser("compare", help="who gains and who loses between two results of a city")
+    add_output(variant, exports=True)
+    compare = add_command(commands, run_compare, "who gains and who loses between two results of a city")
     for name in ("before", "after"):
         compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
     add_output(compare)
-    compare.set_defaults(run=run_compare)
 
 
 def add_views(commands):
     """Commands that print what they find."""
-    inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
+    inspect = add_command(commands, run_inspect, "report what is read, repaired and left out, and where it is")
     add_city(inspect)
-    inspect.set_defaults(run=run_inspect)
-    effects = commands.add_parser("effects", help="list which effects a run on this city simulates, and why")
+    effects = add_command(commands, run_effects, "list which effects a run on this city simulates, and why")
     add_city(effects)
     add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
-    effects.set_defaults(run=run_effects)
-    accuracy = commands.add_parser("accuracy", help="predict seconds and errors of each setting from a short pilot")
+    accuracy = add_command(commands, run_accuracy, "predict seconds and errors of each setting from a short pilot")
     add_city(accuracy)
     add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
     accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
-    accuracy.set_defaults(run=run_accuracy)
-    selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
-    selfcheck.set_defaults(run=run_selfcheck)
+    selfcheck = add_command(commands, run_selfcheck, "check the tracer against closed forms and hard cases")
     for parser in (inspect, effects, accuracy, selfcheck):
         parser.add_argument("--json", action="store_true", help="print as JSON")
 

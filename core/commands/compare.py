@@ -100,7 +100,10 @@ def compose_page(found):
     sure = buildings[buildings["mwh_change"].abs() > 2 * buildings["mwh_change_standard_error"]]
     listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:MOST_ROWS])
     listed = listed.sort_values("mwh_change")
-    rows = [(one["building_id"], one["state"], *numbers_of(one), percent(one)) for one in listed.to_dict("records")]
+    # "–" of what was not there.
+    percent = ["–" if np.isnan(value) else show_number(value, 1, plus=True) for value in listed["percent_change"]]
+    listed = zip(listed.to_dict("records"), percent, strict=True)
+    rows = [(one["building_id"], one["state"], *numbers_of(one), share) for one, share in listed]
     maps = []
     if importlib.util.find_spec("matplotlib") is not None:
         from ..results.draw_plan import draw_change
@@ -144,9 +147,3 @@ def numbers_of(one):
     names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
     signed = ("change", "change_roofs", "change_facades")
     return [show_number(one[f"mwh_{name}"], 2, plus=name in signed) for name in names]
-
-
-def percent(one):
-    """Change in percent as text, "–" of what was not there."""
-    value = one["percent_change"]
-    return "–" if np.isnan(value) else show_number(value, 1, plus=True)

@@ -4,9 +4,8 @@ result = citypv.simulate("berlin.gml", weather="era5.nc", preset="draft")
 result.faces, result.groups, result.buildings, result.timeseries, result.summary
 """
 
-import base64
 import html
-import io
+import importlib.util
 import os
 import shutil
 import tempfile
@@ -162,25 +161,17 @@ class Result:
         return f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a year>"
 
     def _repr_html_(self):
-        """Picture and groups, for notebooks."""
-        annual = self.groups[self.groups["period"] == "annual"]
-        picture = self._picture()
-        image = f'<img alt="Full load hours from above" style="max-width:30em" src="{picture}">' if picture else ""
-        return f"<div><p>{html.escape(repr(self))}</p>{image}{annual.to_html(index=False)}</div>"
-
-    def _picture(self):
-        """The roofs from above as a data URI; "" without matplotlib or outlines."""
-        try:
-            from ..results.draw_plan import draw_plan
-        except ImportError:
-            return ""
+        """The roofs from above, where matplotlib and outlines are there, and groups, for notebooks."""
         from ..results.read_results import read_results as read_folder
 
-        outlines, data = read_folder(self.folder).outlines, io.BytesIO()
-        if outlines is None:
-            return ""
-        draw_plan(self._read("faces.csv"), outlines, "roof").savefig(data, format="png")
-        return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode()
+        annual, found, image = self.groups[self.groups["period"] == "annual"], read_folder(self.folder), ""
+        if importlib.util.find_spec("matplotlib") is not None and found.outlines is not None:
+            from ..results.draw_plan import draw_plan
+            from ..results.picture import embed_figure
+
+            picture = embed_figure(draw_plan(found.faces, found.outlines, "roof"), "png")
+            image = f'<img alt="Full load hours from above" style="max-width:30em" src="{picture}">'
+        return f"<div><p>{html.escape(repr(self))}</p>{image}{annual.to_html(index=False)}</div>"
 
 
 @contextmanager

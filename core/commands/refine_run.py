@@ -44,15 +44,11 @@ def refine_run(run, log, progress, *, folder, told=False):
 
     def judge(one):
         nonlocal energy
-        log.show(one)
         errors = split_errors(one, weather, energy)
         if one is not transfer and request.target_error is not None and errors.at_share() <= request.target_error:
             energy = compute_energy(one, weather, request)  # hours have changed as well since they were computed
             errors = split_errors(one, weather, energy)
         return errors
-
-    def trace(run, part):
-        return trace_round(run, part, progress, folder)
 
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
@@ -68,8 +64,10 @@ def refine_run(run, log, progress, *, folder, told=False):
         left = max(deadline - time.monotonic(), 0) / max(sum(transfer.record.seconds.values()), 1e-9)
         aim = judge(transfer).at_share(more=1 + ADAPTIVE * left)
 
-    def choose(errors, before):
-        return choose_counted(errors, request, aim, transfer.surfaces, before)
-
-    goal = Goal(target, deadline, largest_round(request), choose)
-    return refine(run, judge, goal, trace, log.write)
+    goal = Goal(
+        target,
+        deadline,
+        largest_round(request),
+        lambda errors, before: choose_counted(errors, request, aim, transfer.surfaces, before),
+    )
+    return refine(run, judge, goal, lambda run, part: trace_round(run, part, progress, folder), log.write)

@@ -7,7 +7,6 @@ import time
 from ..city.assemble_city import SHAPELESS
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of
-from ..settings.presets import PRESETS
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
 
@@ -34,9 +33,6 @@ class RunLog:
         """Print one line."""
         if self.stream:
             print(text, file=self.stream, flush=True)
-
-    def show(self, transfer):
-        """Receive the Transfer of all rounds so far, after each of them."""
 
 
 def print_output(text):
@@ -82,37 +78,16 @@ def report_outcome(log, folder, energy, totals, report=None):
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
-def describe_overrun(request, log, record):
-    """That the time budget was exceeded, by what, and what would take less: lines of text, none if it was kept.
-
-    Parameters
-    ----------
-    request : Request
-    log : RunLog
-    record : TraceRecord
-    """
+def describe_overrun(request, log):
+    """That the time budget was exceeded, by what, and what would take less: lines of text, none if it was kept."""
     took = time.monotonic() - log.started
     if request.time_budget is None or took <= request.time_budget:
         return []
-    reading = sum(log.clock.seconds.get(stage, 0.0) for stage in ("start", "read city", "read weather"))
-    tracing = sum(record.seconds.values())
-    planning = max(log.clock.seconds.get("trace", 0.0) - tracing, 0.0)
-    writing = max(took - reading - planning - tracing, 0.0)
-    whole = " a single round, which is always finished" if record.rounds == 1 else ""
-    parts = {
-        "starting and reading": reading,
-        "the plan and checks of accuracy": planning,
-        f"tracing{whole}": tracing,
-        "electricity and files": writing,
-    }
-    words = ", ".join(f"{seconds:.1f} s for {part}" for part, seconds in parts.items())
-    draft = PRESETS["draft"]
-    finer = request.samples > draft["samples"] or request.shadow_samples > draft["shadow_samples"]
-    if planning > tracing:
-        advice = "settings that are given, such as --preset draft, need no pilot"
-    else:
-        advice = f"a larger --patch-size{' and --preset draft take' if finer else ' takes'} less"
-    return [f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}", f"  {advice}"]
+    words = ", ".join(f"{seconds:.1f} s for {stage}" for stage, seconds in log.clock.seconds.items())
+    return [
+        f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}",
+        "  a larger --patch-size takes less, and settings that are given need no pilot",
+    ]
 
 
 def describe_scene(scene):

@@ -113,7 +113,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
     transfer, energy = results.transfer, results.energy
     drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals, scene.report)
-    log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
+    log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log)]))
     return describe_interruption(transfer.record)
 
 

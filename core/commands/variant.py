@@ -56,7 +56,9 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
     log, output = log or RunLog(), output or Output()
     with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
         kept = read_rays(base_folder)
-        base = restore_base(kept, read_transfer(Path(base_folder) / "transfer.nc"))
+        known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "trail": kept.trail}
+        transfer = read_transfer(Path(base_folder) / "transfer.nc")
+        base = restore_editable(kept.scene, kept.request, transfer, **known)
         weather = read_year(kept.scene.site, kept.request)
         log.write(describe_weather(weather, kept.scene.site))
         log.clock.lap("read base")
@@ -81,12 +83,6 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
-
-
-def restore_base(kept, transfer):
-    """The traced city of rays.nc and transfer.nc: EditableCity."""
-    known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "trail": kept.trail}
-    return restore_editable(kept.scene, kept.request, transfer, **known)
 
 
 def write_errors(path, base, edited, weather, request):

@@ -7,6 +7,7 @@ same bit by bit.
 """
 
 import hashlib
+import io
 import json
 import pickle
 from contextlib import ExitStack
@@ -137,12 +138,9 @@ def compute_band(path, band, result, threads):
         chosen = {"way": settings.way, "sky": sky, "threads": threads}
         world = compute_world([environment], part, build_system(request), **chosen)
 
-    def write(unfinished):
-        with unfinished.open("wb") as file:
-            arrays = {name: getattr(world, name) for name in OF_GROUPS}
-            np.savez(file, places=places, weather=world.weather, years=world.years, **arrays)
-
-    write_whole(Path(result), write)
+    arrays = {name: getattr(world, name) for name in OF_GROUPS}
+    np.savez(stored := io.BytesIO(), places=places, weather=world.weather, years=world.years, **arrays)
+    write_whole(Path(result), lambda file: file.write_bytes(stored.getvalue()))
     count = json.dumps({"places": len(places)})
     write_whole(Path(result).with_suffix(".json"), lambda file: file.write_text(count, encoding="utf-8"))
     return result

@@ -6,7 +6,7 @@ from pathlib import PurePath
 from ..city.assemble_city import SHAPELESS
 from ..energy.counted_area import GROUND
 from ..settings.errors import count_of, show_number
-from ..settings.request import declared_settings
+from ..settings.request import declared_settings, option_of
 from ..settings.system_settings import SECTORS
 
 MOUNTINGS = {
@@ -191,8 +191,7 @@ def list_settings(summary):
     for name, _, details in declared_settings():
         values = traced if details.group in ("city", "light") and traced else summary["settings"]
         if name in values and details.option != "":
-            option = details.option or "--" + name.replace("_", "-")
-            rows.append((details.words, option, show_value(values[name], details.unit)))
+            rows.append((details.words, option_of(name), show_value(values[name], details.unit)))
     return rows
 
 
