@@ -1,12 +1,13 @@
 """The city from above, coloured by full load hours: roofs as areas, facades as lines."""
 
 import numpy as np
+import shapely
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from .colour_map import DIVERGING, choose_range
+from .colour_map import DIVERGING, choose_range, tick_step
 from .picture import colour_scale, make_figure
 from .read_results import select_mounted
 
@@ -111,9 +112,7 @@ def frame_plan(axes, lower, upper):
     axes.set_ylim(lower[1] - 2.4 * margin, upper[1] + margin)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    most = max(SHARE_OF_WIDTH * size[0], 1e-3) * (1 + 1e-9)
-    power = 10.0 ** np.floor(np.log10(most))
-    length = max(factor * power for factor in (1, 2, 5) if factor * power <= most)
+    length = tick_step(0, 4 * max(SHARE_OF_WIDTH * size[0], 1e-3))
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
     axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
     north = {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-|>", "color": "black"}}
@@ -134,14 +133,8 @@ def shade_areas(outlines, rows, **look):
 
 def area_path(rings):
     """Rings seen from above as one path; holes run against the outline."""
-    corners, codes = [], []
-    for number, ring in enumerate(rings):
-        x, y = ring[:, 0].astype(float), ring[:, 1].astype(float)
-        leftward = np.sum((x - x[0]) * (np.roll(y, -1) - y[0]) - (np.roll(x, -1) - x[0]) * (y - y[0])) > 0
-        turned = np.column_stack([x, y])[:: 1 if leftward == (number == 0) else -1]
-        corners += [turned, turned[:1]]
-        codes += [Path.MOVETO, *[Path.LINETO] * (len(ring) - 1), Path.CLOSEPOLY]
-    return Path(np.concatenate(corners), codes)
+    area = shapely.geometry.polygon.orient(shapely.Polygon(rings[0][:, :2], [ring[:, :2] for ring in rings[1:]]))
+    return Path.make_compound_path(*(Path(ring.coords, closed=True) for ring in (area.exterior, *area.interiors)))
 
 
 def facade_line(outlines, row, azimuth):

@@ -5,6 +5,7 @@ This takes less code than the use of a library. Axes are those of glTF: x east, 
 
 import json
 import struct
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,11 +15,13 @@ FLOAT, UINT8, UINT16, UINT32, ARRAY, ELEMENTS = 5126, 5121, 5123, 5125, 34962, 3
 COLOUR_MAP = "viridis"
 
 
+@dataclass
 class Buffer:
     """The binary chunk while it grows, with its views."""
 
-    def __init__(self):
-        self.data, self.views, self.accessors = bytearray(), [], []
+    data: bytearray = field(default_factory=bytearray)
+    views: list = field(default_factory=list)
+    accessors: list = field(default_factory=list)
 
     def add(self, data, target=None):
         """Number of a new view of some bytes, which begins at a multiple of 8."""

@@ -46,15 +46,14 @@ def list_findings(scene, covered_share=None, progress=silent):
     for reason, names in report.skipped.items():
         area = report.skipped_area.get(reason)
         findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
-    for reason, inside in find_inside(scene, covered_share, progress).items():
-        chosen = np.flatnonzero(inside)
+    found = {reason: ("inside", mask) for reason, mask in find_inside(scene, covered_share, progress).items()}
+    if scene.sheet is not None:
+        found[SHEET] = "sheet", np.isin(np.arange(len(surfaces)), scene.triangle_surface[scene.sheet])
+    for reason, (heading, mask) in found.items():
+        chosen = np.flatnonzero(mask)
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]
-            findings.append(Finding("inside", reason, names, chosen, float(surfaces.area[chosen].sum())))
-    if scene.sheet is not None and scene.sheet.any():
-        chosen = np.unique(scene.triangle_surface[scene.sheet]).astype(np.int64)
-        names = [surfaces.surface_id[k] for k in chosen]
-        findings.append(Finding("sheet", SHEET, names, chosen, float(surfaces.area[chosen].sum())))
+            findings.append(Finding(heading, reason, names, chosen, float(surfaces.area[chosen].sum())))
     return findings
 
 
@@ -68,12 +67,8 @@ def find_inside(scene, covered_share=None, progress=silent):
     """
     if covered_share is None:
         covered_share = measure_cover(scene, progress=progress)
-    count = len(scene.surfaces)
-    own = scene.triangle_surface >= 0
-    closure = np.zeros(count, bool)
-    closure[scene.triangle_surface[own & scene.closure]] = True
-    footprint = np.zeros(count, bool)
-    footprint[scene.triangle_surface[own & scene.footprint]] = True
+    rows, owner = np.arange(len(scene.surfaces)), scene.triangle_surface
+    closure, footprint = np.isin(rows, owner[scene.closure]), np.isin(rows, owner[scene.footprint])
     covered = np.asarray(covered_share) > MOST_COVERED
     return {
         "closes a building towards its neighbour (ClosureSurface)": closure,

@@ -3,7 +3,6 @@
 import errno
 import io
 from contextlib import contextmanager
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -55,27 +54,21 @@ def netcdf_file(path):
     OSError
         The system refused to write: the disk is full, for instance.
     """
-    with Path(path).open("w+b", buffering=0) as raw:
-        stream = KeptError(raw)
+    with KeptError(path, "w+") as stream:
         yield stream
     if stream.error is not None:
         words = f"cannot be written ({stream.error.strerror}): is the disk full?"
         raise OSError(stream.error.errno or errno.EIO, words, str(path)) from stream.error
 
 
-class KeptError(io.RawIOBase):
+class KeptError(io.FileIO):
     """An open file that keeps the first error of writing, and from then on drops what is written."""
 
-    def __init__(self, raw):
-        self._raw, self.error = raw, None
-
-    def seek(self, offset, whence=io.SEEK_SET):
-        """Move to a place."""
-        return self._raw.seek(offset, whence)
+    error = None
 
     def readinto(self, buffer):
         """Read; zeros where the file could not be written."""
-        count = self._raw.readinto(buffer)
+        count = super().readinto(buffer)
         if self.error is not None and count < len(buffer):
             buffer[count:] = bytes(len(buffer) - count)
             return len(buffer)
@@ -86,7 +79,7 @@ class KeptError(io.RawIOBase):
         view = memoryview(data).cast("B")
         while self.error is None and len(view):
             try:
-                view = view[self._raw.write(view) :]
+                view = view[super().write(view) :]
             except OSError as error:
                 self.error = error
         return len(data)
@@ -95,7 +88,7 @@ class KeptError(io.RawIOBase):
         """Cut or extend the file."""
         if self.error is None:
             try:
-                return self._raw.truncate(size)
+                return super().truncate(size)
             except OSError as error:
                 self.error = error
         return size

@@ -69,27 +69,20 @@ def whole_folder(folder, overwrite=False):
     """
     check_folder(folder, overwrite)
     folder = Path(folder).absolute()
-    made = [place for place in folder.parents if not place.exists()]
     work = folder.parent / f".{folder.name}.unfinished"
     try:
+        work.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+    with lock_folder(work, folder):
         try:
-            work.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
-        with lock_folder(work, folder):
-            try:
-                yield work
-                check_folder(folder, overwrite)  # hours may have passed
-                (work / LOCK).unlink()
-                move_results(work, folder)
-            except BaseException:
-                shutil.rmtree(work, ignore_errors=True)
-                raise
-    except BaseException:
-        for place in made:
-            if place.is_dir() and not any(place.iterdir()):
-                place.rmdir()
-        raise
+            yield work
+            check_folder(folder, overwrite)  # hours may have passed
+            (work / LOCK).unlink()
+            move_results(work, folder)
+        except BaseException:
+            shutil.rmtree(work, ignore_errors=True)
+            raise
 
 
 @contextmanager

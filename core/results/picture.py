@@ -3,9 +3,8 @@
 import base64
 import io
 import re
-from contextlib import contextmanager
 
-import matplotlib
+from matplotlib import style
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -42,13 +41,9 @@ STYLE = {
 DOTS = 160  # per inch, of pictures that are not drawn in lines
 
 
-@contextmanager
 def plain_style():
-    """Draw alike on every machine, whatever its settings of matplotlib are."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        yield
+    """Context in which pictures are drawn alike on every machine, whatever its settings of matplotlib are."""
+    return style.context(STYLE, after_reset=True)
 
 
 def make_figure(width, height):

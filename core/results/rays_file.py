@@ -40,7 +40,6 @@ TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, 
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
-LARGEST = 1 << 26  # bytes of such a file
 PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
@@ -72,7 +71,7 @@ def write_rays(path, base, city, names=None):
     Raises
     ------
     InputError
-        A file is too large, or materials have none.
+        Materials have no file.
     """
     request = base.request
     if request.materials:
@@ -81,11 +80,7 @@ def write_rays(path, base, city, names=None):
     for name in FILES:
         source = getattr(request, name)
         if source is not None:
-            data = Path(source).read_bytes()
-            if len(data) > LARGEST:
-                problem = f"has {len(data) / 1e6:.0f} MB, too much to keep beside the rays"
-                raise InputError(source, problem, f"cut it to the city, below {LARGEST / 1e6:.0f} MB")
-            files[name] = [Path(source).name, np.frombuffer(data, np.uint8)]
+            files[name] = [Path(source).name, np.frombuffer(Path(source).read_bytes(), np.uint8)]
     told = request.as_dict() | dict.fromkeys(FILES) | {"site_of": None}
     content = {
         "city": city,
@@ -160,29 +155,22 @@ def read_rays(folder):
 
 def encode(value, arrays):
     """A value as plain types, with its arrays appended to a list."""
+    if isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "OU":
+        return {"texts": np.asarray(value).tolist()}
     if isinstance(value, np.ndarray | np.generic):
-        return encode_array(value, arrays)
-    if is_dataclass(value):
-        own = {one.name: encode(getattr(value, one.name), arrays) for one in fields(value) if one.name not in LEFT_OUT}
-        return {"type": type(value).__name__, "fields": own}
-    if hasattr(value, "_asdict"):
-        own = {name: encode(one, arrays) for name, one in value._asdict().items()}
+        array = np.asarray(value).view(np.uint8) if value.dtype.kind == "b" else np.asarray(value)
+        arrays.append(array)
+        sort = {"dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
+        return {"array": len(arrays) - 1, "crc32": crc32(np.ascontiguousarray(array)), **sort}
+    if is_dataclass(value) or hasattr(value, "_asdict"):
+        names = [one.name for one in fields(value)] if is_dataclass(value) else value._fields
+        own = {name: encode(getattr(value, name), arrays) for name in names if name not in LEFT_OUT}
         return {"type": type(value).__name__, "fields": own}
     if isinstance(value, dict):
         return {"dict": [[encode(key, arrays), encode(one, arrays)] for key, one in value.items()]}
     if isinstance(value, list | tuple):
         return {type(value).__name__: [encode(one, arrays) for one in value]}
     return str(value) if isinstance(value, Path) else value
-
-
-def encode_array(value, arrays):
-    """An array, or a number of NumPy, as plain types."""
-    if value.dtype.kind in "OU":
-        return {"texts": np.asarray(value).tolist()}
-    array = np.asarray(value).view(np.uint8) if value.dtype.kind == "b" else np.asarray(value)
-    arrays.append(array)
-    sort = {"dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
-    return {"array": len(arrays) - 1, "crc32": crc32(np.ascontiguousarray(array)), **sort}
 
 
 def decode(value, array):

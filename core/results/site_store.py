@@ -26,10 +26,6 @@ class Store:
             CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB);"""
         )
 
-    def close(self):
-        """Leave the file."""
-        self.base.close()
-
     def add_piece(self, piece, number, folder):
         """Keep the surfaces of a piece of the folder of some number, each with its building; return what was kept.
 

@@ -66,7 +66,10 @@ def write_square(folder, place, piece, columns, look):
     box = bound(shapes.corners, ground.corners)
 
     def compose(rows, columns, with_ground):
-        values = {key: take(column, rows) for key, column in columns.items()}
+        values = {
+            key: [column[row] for row in rows] if isinstance(column, list) else column[rows]
+            for key, column in columns.items()
+        }
         return compose_tile(shapes.take(rows, count), values, ground if with_ground else None, middle, **look)
 
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
@@ -100,11 +103,6 @@ def cut_between(building):
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
 
 
-def take(values, rows):
-    """Some rows of a column."""
-    return [values[row] for row in rows] if isinstance(values, list) else values[rows]
-
-
 def lay_ground(low, side, feet):
     """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes of one feature."""
     steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
@@ -129,19 +127,14 @@ def sum_pixels(low, shapes, roofs, columns, feet):
     place = a[triangle] + u * (b - a)[triangle] + v * (c - a)[triangle]
     share = (area / np.maximum(count, 1))[triangle]
     row = roofs[shapes.feature[shapes.triangles[:, 0]]][triangle] if len(roofs) else triangle
-    values = afar_values(columns)[row]
+    # Energy in place of power, for it is that which adds up.
+    energy, months = columns["kwp"] * columns["hours"], [columns[key] for key in columns if key.startswith("month_")]
+    values = np.column_stack([energy, columns["hours"], columns["error"], columns["sky"], *months]).astype(float)[row]
     counted = np.where((columns["reason"][row] <= 1) & np.isfinite(values).all(axis=1), share, 0.0)
     column, line = np.clip((place[:, :2] - low) / SIDE * PIXELS, 0, PIXELS - 1).astype(int).T
     height = [share * place[:, 2], share * heights_at(place[:, :2], feet)]
     weighted = np.where(counted[:, None] > 0, counted[:, None] * values, 0.0)
     return add_up(line * PIXELS + column, np.column_stack([share, *height, counted, weighted]))
-
-
-def afar_values(columns):
-    """Values that mosaics have the means of, (n, k); energy in place of power, for it is that which adds up."""
-    months = [columns[key] for key in columns if key.startswith("month_")]
-    energy = columns["kwp"] * columns["hours"]
-    return np.column_stack([energy, columns["hours"], columns["error"], columns["sky"], *months]).astype(float)
 
 
 def add_up(pixel, sums):
@@ -173,10 +166,12 @@ def join_squares(folder, place, parts, look, top=False):
     """
     level, *grid = place
     side, name = SIDE * 2**level, "_".join(map(str, place))
-    box = np.array([node.box for _, node in parts])
-    box = np.concatenate([box[:, :3].min(axis=0), box[:, 3:].max(axis=0)])
-    pixel = np.concatenate([coarser(node.pixel, (x % 2, y % 2)) for (x, y), node in parts])
-    pixel, sums = add_up(pixel, np.concatenate([node.sums for _, node in parts]))
+    box = bound(np.reshape([node.box for _, node in parts], (-1, 3)))
+    pixels, half = [], PIXELS // 2
+    for (x, y), node in parts:
+        line, column = np.divmod(node.pixel, PIXELS)
+        pixels.append((line // 2 + y % 2 * half) * PIXELS + column // 2 + x % 2 * half)
+    pixel, sums = add_up(np.concatenate(pixels), np.concatenate([node.sums for _, node in parts]))
     tile = {"boundingVolume": box_of(box), "geometricError": 2 * side / PIXELS, "refine": "REPLACE"}
     tile["children"] = [node.tile for _, node in parts]
     if len(pixel):
@@ -186,12 +181,6 @@ def join_squares(folder, place, parts, look, top=False):
         write_tileset(folder / f"{name}.json", tile)
         tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {"content": {"uri": f"{name}.json"}}
     return Node(tile, box, pixel, sums)
-
-
-def coarser(pixel, quadrant):
-    """Pixels of a mosaic in the one above it, of which it is a quadrant."""
-    line, column = np.divmod(pixel, PIXELS)
-    return (line // 2 + quadrant[1] * PIXELS // 2) * PIXELS + column // 2 + quadrant[0] * PIXELS // 2
 
 
 def compose_mosaic(low, side, pixel, sums, look):

@@ -54,7 +54,9 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     index = index.reshape(-1).tolist()
     members = {}
     for polygon, building in enumerate(city.building_id):
-        members.setdefault(building, []).append(polygon)
+        lod = (city.lod[polygon] if city.lod else "") or "2"
+        lod = HIGHEST_LOD if lod.startswith("4") else lod
+        members.setdefault(building, {}).setdefault(lod, []).append(polygon)
     tabled = [column for column in TABLED if column.kind == "number"]
     columns = {column.name: column_values(column, transfer, energy) for column in tabled}
     floors = find_footprints(transfer.surfaces, city, city.points)
@@ -64,16 +66,12 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     ]
     described = transfer.surfaces, types, (columns, energy.full_load_hours_by_month, energy.eligible)
     sums, objects = sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"), {}
-    for number, (building, polygons) in enumerate(members.items()):
+    for number, (building, levels) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
-        geometry = [
-            describe_geometry(city, [k for k in polygons if level_of(city, k) == lod], index, described)
-            for lod in sorted({level_of(city, k) for k in polygons})
-        ]
         objects[building] = {
             "type": "Building",
             "attributes": describe_building(sums.loc[building]),
-            "geometry": geometry,
+            "geometry": [describe_geometry(city, *level, index, described) for level in sorted(levels.items())],
         }
     low, high = city.points.min(axis=0), city.points.max(axis=0)
     metadata = {
@@ -107,19 +105,13 @@ def name_system(crs):
     return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
 
 
-def level_of(city, polygon):
-    """Level of detail of a polygon as CityJSON knows it."""
-    lod = (city.lod[polygon] if city.lod else "") or "2"
-    return HIGHEST_LOD if lod.startswith("4") else lod
-
-
 def distinct_ring(corners):
     """A ring without vertices that coincide with the one before after rounding."""
     kept = [corner for corner, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if corner != before]
     return kept if len(set(kept)) > 2 else corners
 
 
-def describe_geometry(city, polygons, index, described):
+def describe_geometry(city, lod, polygons, index, described):
     """A MultiSurface of some polygons of a building, all of one level of detail; `index` holds their vertices."""
     boundaries = [
         [
@@ -144,7 +136,7 @@ def describe_geometry(city, polygons, index, described):
         semantics.append(one)
     return {
         "type": "MultiSurface",
-        "lod": level_of(city, polygons[0]),
+        "lod": lod,
         "boundaries": boundaries,
         "semantics": {"surfaces": semantics, "values": list(range(len(semantics)))},
     }

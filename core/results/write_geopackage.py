@@ -20,12 +20,8 @@ from .write_buildings import sum_buildings
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
 UNKNOWN, OWN = -1, 100000  # srs_id: Cartesian without a reference; a reference system without an EPSG code
-LITTLE_ENDIAN, BOX = 0b1, 0b10  # flags of a geometry: byte order; an envelope of x and y
+LITTLE_ENDIAN, EMPTY = 0b1, 0b10000  # flags of a geometry, whose envelope is left out
 TYPES = {"text": "TEXT", "flag": "BOOLEAN", "number": "DOUBLE"}
-WGS84 = (
-    'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],'
-    'UNIT["degree",0.0174532925199433]]'
-)
 TABLES = """
 CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
   organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description TEXT);
@@ -106,7 +102,7 @@ def write_system(file, crs):
     rows = [
         ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
         ("Undefined geographic", 0, "NONE", 0, "undefined", None),
-        ("WGS 84", 4326, "EPSG", 4326, WGS84, None),
+        ("WGS 84", 4326, "EPSG", 4326, pyproj.CRS(4326).to_wkt("WKT1_GDAL"), None),
     ]
     number = UNKNOWN
     if crs:
@@ -147,14 +143,6 @@ def write_layer(file, layer, kinds, columns, shapes):
     values = [columns[column] for column in kinds]  # SQLite stores NaN as NULL
     marks = ", ".join("?" * (len(kinds) + 1))
     names = ", ".join(f'"{column}"' for column in ("geom", *kinds))
-    packed = (pack_geometry(shape, number) for shape in shapes)
+    heads = (struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | EMPTY * shape.is_empty, number) for shape in shapes)
+    packed = map(bytes.__add__, heads, shapely.to_wkb(shapes, output_dimension=3, byte_order=1, flavor="iso"))
     file.executemany(f'INSERT INTO "{name}" ({names}) VALUES ({marks})', zip(packed, *values, strict=True))
-
-
-def pack_geometry(shape, number):
-    """A geometry as GeoPackage stores it: header with the envelope, then ISO WKB (bytes)."""
-    if shape.is_empty:
-        return struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | 1 << 4, number) + shapely.to_wkb(shape, flavor="iso")
-    low_x, low_y, high_x, high_y = shape.bounds
-    header = struct.pack("<2sBBi4d", b"GP", 0, LITTLE_ENDIAN | BOX, number, low_x, high_x, low_y, high_y)
-    return header + shapely.to_wkb(shape, output_dimension=3, byte_order=1, flavor="iso")

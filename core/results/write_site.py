@@ -7,6 +7,7 @@ are read, sorted into squares on disk and written one after the other.
 import json
 import shutil
 import tempfile
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -69,35 +70,29 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     for folder in folders:
         if not (folder / "summary.json").is_file():
             raise InputError(folder / "summary.json", "there is no such file", CURE)
-    if (
-        overwrite
-        and Path(out).is_dir()
-        and any(Path(out).iterdir())
-        and not (Path(out) / "page" / "map.json").is_file()
-    ):
+    if overwrite and Path(out).is_dir() and any(Path(out).iterdir()) and not Path(out, "page", "map.json").is_file():
         raise InputError(out, "holds something else than a map", "choose another --out")
     summary = join_summaries(folders)
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
-    with whole_folder(out, overwrite) as work, tempfile.TemporaryDirectory(dir=work) as scratch:
+    with whole_folder(out, overwrite) as work, ExitStack() as stack:
+        scratch = stack.enter_context(tempfile.TemporaryDirectory(dir=work))
         store = Store(Path(scratch) / "city.sqlite")
-        try:
-            count, view = sort_surfaces(store, folders, frame, summary)
-            look = {
-                "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
-                "enums": {
-                    "kind": [kind["name"] for kind in view["kinds"]],
-                    "orientation": view["sides"],
-                    "reason": ["counts", *view["reasons"][1:]],
-                },
-                "copyright": attribution,
-            }
-            frame, box = write_tiles(work, store, frame, summary, look=look, private=private)
-            total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
-            header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
-            write_index(work, store, header | view, private)
-        finally:
-            store.close()
+        stack.callback(store.base.close)
+        count, view = sort_surfaces(store, folders, frame, summary)
+        look = {
+            "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
+            "enums": {
+                "kind": [kind["name"] for kind in view["kinds"]],
+                "orientation": view["sides"],
+                "reason": ["counts", *view["reasons"][1:]],
+            },
+            "copyright": attribution,
+        }
+        frame, box = write_tiles(work, store, frame, summary, look=look, private=private)
+        total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
+        header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
+        write_index(work, store, header | view, private)
         write_page(work, compose_basis(summary, attribution))
     files = [path for path in Path(out).rglob("*") if path.is_file()]
     return {
@@ -199,8 +194,7 @@ def write_tiles(work, store, frame, summary, *, look, private):
 
     whole = write_below(top, 0, 0)
     write_tileset(tiles / "tileset.json", whole.tile | {"transform": frame.ravel().tolist()})
-    boxes = np.array(boxes)
-    return frame, np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+    return frame, bound(np.reshape(boxes, (-1, 3)))
 
 
 def tabulate_columns(piece, summary, enums):
@@ -242,27 +236,20 @@ def list_buildings(piece, columns, private):
 
 
 def write_index(work, store, header, private):
-    """Write the index of buildings: the largest, all by id, and what the page must know of both."""
+    """Write the index of buildings: the largest, all by id, and what the page must know of both.
+
+    `shards` of the header are what the files of buildings by id begin with, in small letters.
+    """
     (work / "buildings").mkdir()
     (work / "page").mkdir()
-    write_rows(work / "buildings" / "largest.json", store.building_rows("energy DESC", SHARD))
-    header["shards"] = [] if private else write_shards(work / "buildings", store)
+    rows, begins = iter(()) if private else store.building_rows("sorted"), []
+    name, some = "largest", list(store.building_rows("energy DESC", SHARD))
+    while some:
+        (work / "buildings" / f"{name}.json").write_text(f"[{','.join(some)}]", "ascii", newline="\n")
+        name, some = len(begins), list(islice(rows, SHARD))
+        begins += [json.loads(row)[0].lower() for row in some[:1]]
+    header["shards"] = begins
     (work / "page" / "map.json").write_text(json.dumps(header, separators=(",", ":")), "ascii", newline="\n")
-
-
-def write_shards(folder, store):
-    """Write files of buildings by id, and return in small letters what each begins with: list of str."""
-    begins = []
-    rows = store.building_rows("sorted")
-    while some := list(islice(rows, SHARD)):
-        begins.append(json.loads(some[0])[0].lower())
-        write_rows(folder / f"{len(begins) - 1}.json", some)
-    return begins
-
-
-def write_rows(path, rows):
-    """Write a file of rows that are JSON."""
-    path.write_text(f"[{','.join(rows)}]", "ascii", newline="\n")
 
 
 def write_page(work, basis):

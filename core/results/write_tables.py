@@ -188,17 +188,13 @@ def write_timeseries(path, energy, weather, system, buildings=None):
         ),
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces; all of them"}),
         "time_bounds": (("time", "bounds"), bounds),
-        "area": (
-            "group",
-            with_sum(energy.group_area),
-            {"units": "m2", "long_name": "area of eligible surfaces that counts"},
-        ),
-        "surface_count": (
-            "group",
-            with_sum(energy.group_count),
-            {"units": "1", "long_name": "number of eligible surfaces"},
-        ),
     }
+    told = {
+        "area": (energy.group_area, "m2", "area of eligible surfaces that counts"),
+        "surface_count": (energy.group_count, "1", "number of eligible surfaces"),
+    }
+    for name, (values, unit, words) in told.items():
+        found[name] = "group", np.append(values, values.sum()), {"units": unit, "long_name": words}
     factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(np.float32)
     found["capacity_factor"] = ("time", "group"), factors, {**MEAN, "long_name": FACTOR}, dict(PACKED)
     if buildings is not None:
@@ -217,11 +213,6 @@ def write_timeseries(path, energy, weather, system, buildings=None):
             }
         )
         write_variables(file, found)
-
-
-def with_sum(values):
-    """Values and their sum: (g + 1,)."""
-    return np.append(values, values.sum())
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):

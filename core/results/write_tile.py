@@ -24,7 +24,6 @@ WORDS = {
     "building": "number of the building in this map",
     "reason": "why the surface does not count",
 }
-NUMBERS = {"FLOAT32": "<f4", "UINT8": "u1", "UINT32": "<u4"}
 
 
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
@@ -105,15 +104,9 @@ def store_column(buffer, values):
         # A view may not be empty.
         view = buffer.add(b"".join(texts) or b"\0")
         return {"values": view, "stringOffsets": buffer.add(offsets.tobytes()), "stringOffsetType": "UINT32"}
-    array = values.astype(NUMBERS[component_of(values)])
-    if array.dtype.kind == "f":
-        array = np.where(np.isfinite(array), array, array.dtype.type(MISSING_VALUE))
-    return {"values": buffer.add(array.tobytes())}
-
-
-def component_of(values):
-    """Name of the type of an array's numbers."""
-    return "FLOAT32" if values.dtype.kind == "f" else "UINT8" if values.dtype.itemsize == 1 else "UINT32"
+    if values.dtype.kind == "f":
+        values = np.where(np.isfinite(values), values, values.dtype.type(MISSING_VALUE))
+    return {"values": buffer.add(values.astype(values.dtype.newbyteorder("<")).tobytes())}
 
 
 def describe_columns(columns, enums):
@@ -125,7 +118,7 @@ def describe_columns(columns, enums):
         elif name in enums:
             found[name] = {"type": "ENUM", "enumType": name}
         else:
-            found[name] = {"type": "SCALAR", "componentType": component_of(values)}
+            found[name] = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
             found[name] |= {"noData": MISSING_VALUE} if values.dtype.kind == "f" else {}
         words = WORDS.get(name.partition("_")[0] if name.startswith("month_") else name)
         found[name] |= {"description": words} if words else {}

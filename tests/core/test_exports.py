@@ -176,11 +176,8 @@ def read_layer(path, name):
     for blob in table.pop("geom"):
         magic, version, flags, number = struct.unpack("<2sBBi", blob[:8])
         assert (magic, version, flags & 1, number) == (b"GP", 0, 1, 25833)
-        length = {0: 0, 1: 32}[flags >> 1 & 7]
-        shape = shapely.from_wkb(blob[8 + length :])
-        if length:
-            low_x, high_x, low_y, high_y = struct.unpack("<4d", blob[8:40])
-            np.testing.assert_allclose(shape.bounds, (low_x, low_y, high_x, high_y))
+        assert flags >> 1 & 7 == 0  # without an envelope
+        shape = shapely.from_wkb(blob[8:])
         assert shape.is_empty == bool(flags >> 4 & 1)
         shapes.append(shape)
     return table, shapes
