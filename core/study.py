@@ -25,7 +25,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import silent
+from .settings.progress import ignore_share, silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -99,10 +99,11 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, like=None):
+def stand_city(city, request, report_share=ignore_share, like=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
-    The site and the lattice of the ground are those of the Scene `like`, where one is given: the city before an edit.
+    `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene
+    `like`, of the city before an edit, where one is given.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
@@ -118,6 +119,7 @@ def stand_city(city, request, like=None):
         ground=request.ground,
         patch_size=request.patch_size,
         options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice, like),
+        report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
 
