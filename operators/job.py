@@ -10,6 +10,7 @@ from ..core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
+SOONEST = 0.2  # [s] of a stage before which its rate says nothing
 NICENESS, LARGEST = 10, 19  # above the window's own: it gets nine tenths of a core that both want; at most
 
 
@@ -79,7 +80,7 @@ class Job:
         self.stage = stage
         share = (self.share - self._before) / (1 - self._before)
         self.left = describe_left(now - self._began, share) if stage != COMPILING else ""
-        told = done and unit and now > self._started
+        told = done and unit and now - self._started > SOONEST
         self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
 
     def _run(self, work):
