@@ -171,8 +171,10 @@ def draw_highlight():
         return
     # Corners of the selected triangles, lifted off them a little: the city's faces are triangles.
     mesh, chosen = city.data, read_selection(city.data)
+    if not chosen.any():
+        return
     points, normals = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "normal", 3)[chosen]
-    lift = LIFT * float(np.linalg.norm(city.dimensions)) / city.scale[0]
+    lift = LIFT * float(np.linalg.norm(np.ptp(points, axis=0)))
     lifted = points[read_corners(mesh).reshape(-1, 3)[chosen]] + np.float32(lift) * normals[:, None]
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     gpu.state.blend_set("ALPHA")
