@@ -17,11 +17,11 @@ if __package__ in (None, ""):
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from citypv.core.city.edit_city import Change, edit_city, take_polygons
-from citypv.core.light.edit_light import prepare_edit, trace_editable
+from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, read_buildings, read_year, stand_city, trace_base, trace_edit
+from citypv.core.study import place_city, read_buildings, read_year, stand_city, trace_base
 
 
 def read_clock():
@@ -108,11 +108,12 @@ def main():
     patches = len(base.city.prepared.patches)
     sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"
     print(f"{patches:,} patches, {len(base.suns)} suns; {sizes}", flush=True)
-    trace_edit(base, city)  # compiles
+    edit_light(base, stand_city(city, request, like=base.scene))  # compiles
     for number in range(options.edits):
         changed = edit_city(city, draw_change(city, generator), scene.site.convergence)
         listener = Listener()
-        edited = trace_edit(base, changed, listener.progress, preview=listener.preview)
+        edited_scene = stand_city(changed, request, like=base.scene)
+        edited = edit_light(base, edited_scene, listener.progress, preview=listener.preview)
         listener.progress()
         end, record = read_clock(), edited.transfer.record
         rays = record.hemisphere_rays, record.shadow_rays

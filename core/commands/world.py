@@ -71,8 +71,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     check_settings(request)
     check_world_settings(request, settings)
     settings = replace(settings, way=settings.way or ("paper" if request.method == "paper" else "exact"))
-    mounting = "open-rack" if request.mounting == "auto" else request.mounting
-    request = replace(request, mounting=mounting, losses=0.0, inverter=None)
+    request = modules_alone(request)
     if cluster:
         check_cluster(cluster.cluster)
     system = build_system(request)
@@ -130,6 +129,12 @@ def check_world_settings(request, settings):
         raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
     if request.weather == "pvgis":
         raise InputError("--weather", "pvgis is for single places", "give climate, clear-sky or files")
+
+
+def modules_alone(request):
+    """Settings of a world: DC without losses, on open racks unless another mounting is asked for: Request."""
+    mounting = "open-rack" if request.mounting == "auto" else request.mounting
+    return replace(request, mounting=mounting, losses=0.0, inverter=None)
 
 
 def describe_world(environments, source, sky):
