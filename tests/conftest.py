@@ -49,8 +49,6 @@ LAWS = (
     "hard/test_which_light.py::test_closed_furnace[0.25-1]",
     "test_rooms.py::",
 )
-# Long, and much like another: three houses by both estimators, a town against Mitsuba.
-THOROUGH = ("core/test_forward_agrees.py::test_town",)
 # Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is cheap does.
 # Elsewhere numbers come from numpy and compiled loops, the same on every Python: the second one runs the first case.
 PROCESSES = ("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster")
@@ -113,8 +111,6 @@ def pytest_itemcollected(item):
     name = name_function(item.nodeid)
     if item.nodeid.removeprefix("tests/").startswith(LAWS):
         item.add_marker(pytest.mark.law)
-    if name.startswith(THOROUGH):
-        item.add_marker(pytest.mark.thorough)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
     again = name in BEGUN and not name.startswith(MAY_DIFFER)

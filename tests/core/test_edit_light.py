@@ -218,8 +218,7 @@ def try_edit(base_of, name, seed):
 
 @pytest.mark.parametrize("name", CASES)
 def test_an_edit_is_a_full_run_of_the_edited_city(base_of, name):
-    results = [try_edit(base_of, name, seed) for seed in (1, 2)]
-    assert sum(apart for apart, _ in results) <= 2
+    assert try_edit(base_of, name, seed=1)[0] <= 1
 
 
 @pytest.mark.thorough

@@ -112,8 +112,7 @@ def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     assert seconds_to_halve(timed, weather, energy) == pytest.approx(np.full(COUNT, 15.0))
 
 
-@pytest.mark.slow
-@pytest.mark.once
+@pytest.mark.thorough
 def test_the_budget_is_as_large_as_the_scatter_over_seeds(tmp_path):
     """A wall behind a tree with hardly any branches: mean hours over 16 seeds scatter as the budget says.
 

@@ -1,7 +1,6 @@
 """Gather and forward, two estimators that share no ray, find the same light."""
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +8,8 @@ import pytest
 from scenes import run_forward, run_gather, scene_of_triangles, suns_towards
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
-from thorough import draw_count
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
 
@@ -60,12 +55,7 @@ def compare(scene, suns, gather, forward):
         Of diffuse and of annual direct light.
     reflected : (g, 2) float
     """
-    one = run_gather(scene, suns, **gather)
-    return compare_transfers(one, run_forward(scene, suns, **forward))
-
-
-def compare_transfers(one, other):
-    """The same of a Transfer of gather and one of forward."""
+    one, other = run_gather(scene, suns, **gather), run_forward(scene, suns, **forward)
     dark = group_means(replace(one, direct_reflected=0 * one.direct_reflected, diffuse_relative=one.sky_view_factor))
     one, other = group_means(one), group_means(other)
     assert list(one) == list(other)
@@ -100,35 +90,15 @@ def test_light_within_a_patch_is_handed_on_from_where_it_lies():
         assert (np.abs(difference) <= 4 * error + 0.005 * reflected)[1:, 1].all()
 
 
-PATCHES = 0.025  # of the reflected part: what light that is even over patches of 10 m may change
 TOWN_SUNS = [20, 71, 100]
-PHOTONS = draw_count(40, 20)  # per patch of the town
 
 
-@cache
-def forward_town():
-    """The town's arrays, its scene and suns, and the Transfer of forward."""
-    town = np.load(ROOT / "tests" / "data" / "town.npz")
-    scene = scene_of_triangles(town["vertices"], town["triangles"])
-    suns = suns_towards(town["sun"][TOWN_SUNS])
-    request = Request(estimator="forward", samples=PHOTONS, far_ground=False)
-    return town, scene, suns, trace_forward(scene, suns, request, silent)
-
-
-@pytest.mark.slow
-def test_town():
-    """91,764 triangles against gather, and against the reference that another engine traced."""
-    _, scene, suns, forward = forward_town()
-    gather = run_gather(scene, suns, samples=draw_count(256, 128), far_ground=False)
-    difference, error, reflected = compare_transfers(gather, forward)
-    assert error.max() < 5e-4 * np.sqrt(40 / PHOTONS)
-    assert (np.abs(difference) <= 4 * error + PATCHES * reflected).all()
-
-
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_town_against_its_reference():
-    town, scene, suns, forward = forward_town()
-    triangle = town["triangle"]
+    """91,764 triangles, traced by another engine."""
+    town = np.load(ROOT / "tests" / "data" / "town.npz")
+    scene, suns = scene_of_triangles(town["vertices"], town["triangles"]), suns_towards(town["sun"][TOWN_SUNS])
+    forward, triangle = run_forward(scene, suns, samples=40, far_ground=False), town["triangle"]
     share = scene.surfaces.area[triangle] / scene.surfaces.area[triangle].sum()
     diffuse = town["diffuse"] + town["diffuse_reflected"]
     direct = (town["direct"] + town["direct_reflected"])[:, TOWN_SUNS] @ suns.weight

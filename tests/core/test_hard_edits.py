@@ -11,11 +11,10 @@ from test_edit_light import check_law, make, tree
 from citypv.core.city.city import City
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
-from citypv.core.light.difference import errors_of_difference
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.progress import CancelledError
-from citypv.core.study import compute_energy, place_city, read_year, stand_city, trace_base
+from citypv.core.study import place_city, read_year, stand_city, trace_base
 
 pytestmark = pytest.mark.once
 
@@ -118,43 +117,6 @@ def test_a_hard_edit_is_a_full_run(bases, name):
     full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
     assert np.array_equal(edited.scene.sheet[: len(alone.sheet)], alone.sheet)
     assert check_law(base, edited, full) <= 12
-
-
-def hours_of_neighbours(before, after, weather):
-    """What the houses of `before` lose, area by full load hours [m² h] of each, and the sum of its stated errors."""
-    found, rows = errors_of_difference(before, after)
-    hours = [compute_energy(one.transfer, weather, one.request).full_load_hours for one in (before, after)]
-    area = found.surfaces.area * found.surfaces.eligible
-    change = np.where(area > 0, hours[1][rows[1]] - hours[0][rows[0]], 0)
-    error = np.nan_to_num(compute_energy(found, weather, after.request).full_load_hours_standard_error)
-    return area * change, area * error
-
-
-@pytest.mark.slow
-def test_what_neighbours_lose_is_the_difference_of_two_full_runs():
-    """A tower beside nine houses: by an edit, and by two runs each of six seeds, which share no ray with it."""
-    city, request = make("houses")
-    request = replace(request, samples=256, suns="days:4")
-    after, scene = edit_city(city, add(13, -8, 5, 5, 0, 30)), place_city(city, request)
-    weather = read_year(scene.site, request)
-    base = trace_base(scene, weather, request)
-    lost, error = hours_of_neighbours(base, edit_light(base, stand_city(after, request, like=base.scene)), weather)
-    runs = []
-    for seed in range(1, 7):
-        again = [
-            trace_base(one, weather, replace(request, seed=seed))
-            for one in (scene, stand_city(after, request, like=scene))
-        ]
-        runs.append(hours_of_neighbours(*again, weather)[0])
-    mean, scatter = np.mean(runs, axis=0), np.std(runs, axis=0, ddof=1)
-    assert lost.sum() < -1000
-    whole = np.std(np.sum(runs, axis=1), ddof=1) * np.sqrt(1 + 1 / 6)
-    assert abs(lost.sum() - mean.sum()) < 5 * whole  # Student's t of 5 degrees of freedom: one in 250
-    assert whole < 0.05 * abs(lost.sum())
-    apart = np.sqrt(error**2 + scatter**2 / 6)
-    shaded = error > 0
-    assert (np.abs(lost - mean)[shaded] < 5 * apart[shaded] + 1e-9).all()
-    assert (lost[error == 0] == 0).all()
 
 
 def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):

@@ -44,7 +44,6 @@ def test_predictions_are_those_of_runs(tmp_path, capfd):
     prices = {one["name"]: one for one in listed["prices"]}
     for name, settings in (
         ("draft", {"samples": 64, "shadow_samples": 4, "suns": "days:12"}),
-        ("standard", {}),
         ("--samples 1024", {"samples": 1024}),
     ):
         errors, seconds = trace_city(path, **settings)

@@ -8,7 +8,6 @@ import pytest
 from scenes import scene_of_triangles
 from scipy import stats
 from test_tracing import box, join, strip, three_houses
-from thorough import draw_count
 from weathers import ERA5
 
 from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
@@ -114,12 +113,12 @@ def test_other_suns_albedos_and_reflections_hold():
     assert_shares(found)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_settings_on_four_scenes_hold():
     found = []
     for number, name in enumerate(SCENES):
         generator = np.random.default_rng(number)
-        found += [share_within(name, random_request(generator)) for _ in range(draw_count(30, 12))]
+        found += [share_within(name, random_request(generator)) for _ in range(30)]
     assert_shares(found)
 
 

@@ -10,7 +10,6 @@ from real_cities import SUNS
 from scenes import run_forward, run_gather
 from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
-from thorough import draw_count
 from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
@@ -87,11 +86,10 @@ def test_small_patches_leave_little_of_it():
     assert (stated < 0.5 * large).all()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_gather_is_forward_in_a_gap():
     scene = boxes_apart(0.3)
-    samples = draw_count(20_000, 5_000)  # fewer widen the band by 15 %
-    photons = run_forward(scene, SUNS, samples=samples)
+    photons = run_forward(scene, SUNS, samples=20_000)
     found, stated = light_by_gather(scene, 3)
     known, error = light_of(photons, 3)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
