@@ -6,7 +6,7 @@ import pytest
 from steps import run
 
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.result.probe_faces import MONTHS, hit_face
+from citypv.operators.result.probe_faces import MONTHS
 from citypv.operators.session import find_session
 
 
@@ -55,13 +55,6 @@ def test_a_building_is_the_sum_of_its_surfaces(city):
     bpy.ops.citypv.select_group(group="building/house0")
     run("probe")
     assert told(city) == whole
-
-
-def test_a_ray_finds_the_face_below_the_cursor(city):
-    face = next(f for f in city.data.polygons if f.normal.z > 0.5)
-    above = face.center + face.normal * 5
-    assert hit_face(bpy.context, above, -face.normal) == face.index
-    assert hit_face(bpy.context, above, face.normal) == -1
 
 
 def test_nothing_to_probe_says_what_to_do(city):

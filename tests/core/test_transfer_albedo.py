@@ -78,16 +78,3 @@ def test_files_of_before_are_still_read(tmp_path):
     for name in spoilt:
         with pytest.raises(InputError, match=f"{name}.nc: "):
             read_transfer(tmp_path / f"{name}.nc")
-
-
-def test_a_file_that_vanishes_while_light_is_traced_does_no_harm(tmp_path):
-    """What the surfaces were traced with is known before the first ray."""
-
-    def vanish(stage, done, total, unit):
-        (tmp_path / "finish.csv").unlink(missing_ok=True)
-
-    path = tmp_path / "finish.csv"
-    path.write_text("surface,albedo\nfacade,0.5\n")
-    transfer = trace_gather(street(), SUNS, Request(albedo_file=str(path)), vanish)
-    assert not path.exists()
-    assert transfer.albedo == pytest.approx([0.5, 0.5, 0.25, 0.25])

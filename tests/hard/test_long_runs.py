@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -67,18 +68,9 @@ def test_cancel_leaves_nothing_running(stage):
 
 
 def test_the_same_run_in_two_threads_at_once():
-    reference, found = trace(), {}
-
-    def run(name):
-        found[name] = trace(threads=2)
-
-    threads = [threading.Thread(target=run, args=(name,)) for name in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(found) == 4
-    assert all(same(one, reference) for one in found.values())
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: trace(threads=2), range(4)))
+    assert all(same(one, trace()) for one in found)
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory from /proc")
