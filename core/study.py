@@ -25,7 +25,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import ignore_share, silent
+from .settings.progress import silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -99,7 +99,7 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, report_share=ignore_share, like=None):
+def stand_city(city, request, report_share=silent, like=None):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
     `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene

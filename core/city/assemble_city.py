@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 import numpy as np
 
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .city import City, ImportReport
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
@@ -17,7 +17,7 @@ ORIENTS = ("auto", "as-drawn")
 SHAPELESS = "building without "  # begins the reasons why a building was left out
 
 
-def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_share):
+def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     """Join the contents of files into one City.
 
     Parameters

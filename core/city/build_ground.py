@@ -13,7 +13,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from ..rays.random_numbers import mix, uniform
-from ..settings.progress import ignore_share, report_part
+from ..settings.progress import report_part, silent
 from .check_geometry import check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
@@ -143,7 +143,7 @@ class PlacedCity(NamedTuple):
     site: Site  # whose frame the points are in
 
 
-def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=ignore_share):
+def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=silent):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
     Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so

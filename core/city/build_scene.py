@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..settings.errors import InputError, count_of, list_some
-from ..settings.progress import ignore_share, report_part
+from ..settings.progress import report_part, silent
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
@@ -51,7 +51,7 @@ def build_scene(
     ground="auto",
     patch_size=10.0,
     options=None,
-    report_share=ignore_share,
+    report_share=silent,
 ):
     """Triangulated and classified scene of a city.
 

@@ -17,7 +17,7 @@ from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 from ..rays.trail import Trail, begin_trail, boxes_of
-from ..settings.progress import ignore_share, report_part
+from ..settings.progress import report_part, silent
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import find_ground
 from .known_polygons import boxes_of_surfaces, match_surfaces
@@ -55,7 +55,7 @@ class Faces:
     trail: Trail | None  # of the rays of each surface
 
 
-def find_sheets(scene, report_share=ignore_share, known=None):
+def find_sheets(scene, report_share=silent, known=None):
     """Triangles of faces that have no thickness and enclose nothing.
 
     Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
@@ -173,7 +173,7 @@ def faces_of_scene(scene):
     return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
 
 
-def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=ignore_share):
+def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=silent):
     """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
 
     Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index, and

@@ -37,7 +37,9 @@ def find_unobstructed(patches, vertices):
         outermost = vertices[ConvexHull(vertices).vertices]
     except QhullError:  # all points lie in one plane
         outermost = vertices
-    normals, which = distinct_normals(patches.normal)
+    numbers, which = np.unique(number_normals(patches.normal), return_inverse=True)
+    parts = [(numbers >> shift & (2 * HALF_RANGE - 1)) - HALF_RANGE for shift in (2 * NORMAL_BITS, NORMAL_BITS, 0)]
+    normals = np.stack(parts, axis=1) / NORMAL_STEPS  # (k, 3) float64, each once
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     reach = np.empty(len(normals))
     step = max(1, 10_000_000 // len(outermost))
@@ -45,54 +47,19 @@ def find_unobstructed(patches, vertices):
         reach[first : first + step] = (normals[first : first + step] @ outermost.T).max(axis=1)
     own = np.einsum("ij,ij->i", normals[which], patches.corner.astype(float))
     slack = 2 * patches.offset + 1e-6 * np.abs(own)
-    return (reach[which] - own <= slack) & (own - opposite_reach(normals, which, own)[which] > slack)
-
-
-def distinct_normals(normal):
-    """Normals to six decimals, each once.
-
-    Parameters
-    ----------
-    normal : (p, 3) float32
-
-    Returns
-    -------
-    normals : (k, 3) float64
-        Ascending.
-    which : (p,) int
-        Row of each.
-    """
-    found, which = np.unique(number_normals(normal), return_inverse=True)
-    parts = [(found >> shift & (2 * HALF_RANGE - 1)) - HALF_RANGE for shift in (2 * NORMAL_BITS, NORMAL_BITS, 0)]
-    return np.stack(parts, axis=1) / NORMAL_STEPS, which.ravel()
+    # Extent along each normal of the patches that face the opposite way: a floor lies on such ground.
+    nearest = np.full(len(normals), np.inf)
+    np.minimum.at(nearest, which, own)
+    opposed = number_normals(-normals)
+    opposite = np.minimum(np.searchsorted(numbers, opposed), len(numbers) - 1)
+    extent = np.where(numbers[opposite] == opposed, -nearest[opposite], -np.inf)
+    return (reach[which] - own <= slack) & (own - extent[which] > slack)
 
 
 def number_normals(normal):
     """One number for each normal, which is sorted much faster than rows are: (p,) int64."""
     steps = np.rint(normal.astype(float) * NORMAL_STEPS).astype(np.int64) + HALF_RANGE
     return (steps[:, 0] << 2 * NORMAL_BITS) | (steps[:, 1] << NORMAL_BITS) | steps[:, 2]
-
-
-def opposite_reach(normals, which, own):
-    """Extent, along each normal, of the patches that face the opposite way: a floor lies on such ground.
-
-    Parameters
-    ----------
-    normals : (k, 3) float64
-    which : (p,) int into normals
-    own : (p,) float64 [m]
-        Distance of each patch's plane from the origin.
-
-    Returns
-    -------
-    (k,) float64 [m]
-        -inf if no patch faces the opposite way.
-    """
-    nearest = np.full(len(normals), np.inf)
-    np.minimum.at(nearest, which, own)
-    numbers, wanted = number_normals(normals), number_normals(-normals)
-    opposite = np.minimum(np.searchsorted(numbers, wanted), max(len(numbers) - 1, 0))
-    return np.where(numbers[opposite] == wanted, -nearest[opposite], -np.inf)
 
 
 def sky_view_of_tilt(normal, horizon=None):

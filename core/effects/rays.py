@@ -47,32 +47,19 @@ def decide_rays(inputs, key, to, off):
         return np.zeros(count, bool), Effect(key, True, f"rays from all {count:,} patches{to}", "switched on", 0.0)
     if asked is False:
         return np.ones(count, bool), Effect(key, False, off, "switched off", None)
-    known = key == SHADOW and inputs.asked(SKY) is None
-    found = inputs.plan.unobstructed if known else unobstructed_patches(inputs)
-    extent = f"rays from {some_of(count - found.sum(), count)}{to}"
-    return found, Effect(key, not found.all(), extent, reason_of(found), 0.0)
-
-
-def unobstructed_patches(inputs):
-    """Patches with neither a part of the scene nor a crown in front of them: (p,) bool."""
-    vertices, foliage = inputs.scene.vertices, inputs.plan.foliage
-    if foliage is not None:
-        vertices = np.concatenate([vertices, foliage.crowns.vertices])
-    return find_unobstructed(inputs.patches, vertices)
-
-
-def some_of(some, count):
-    """How many of all patches, in words."""
-    if some == count:
-        return f"all {count:,} patches"
-    return f"{some:,} of {count:,} patches" if some else f"none of {count:,} patches"
-
-
-def reason_of(unobstructed):
-    """Why all patches, some or none of them need rays."""
-    if unobstructed.all():
-        return "nothing stands in front of any patch"
-    return "nothing stands in front of the others" if unobstructed.any() else "something stands in front of all of them"
+    found = inputs.plan.unobstructed
+    if key == SKY or inputs.asked(SKY) is not None:
+        vertices, foliage = inputs.scene.vertices, inputs.plan.foliage
+        crowns = vertices[:0] if foliage is None else foliage.crowns.vertices
+        found = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
+    some = int(count - found.sum())
+    if not some:
+        extent, reason = f"none of {count:,} patches", "nothing stands in front of any patch"
+    elif some == count:
+        extent, reason = f"all {count:,} patches", "something stands in front of all of them"
+    else:
+        extent, reason = f"{some:,} of {count:,} patches", "nothing stands in front of the others"
+    return found, Effect(key, some > 0, f"rays from {extent}{to}", reason, 0.0)
 
 
 RECEIVERS, REFLECTORS, REFLECTIONS = "receivers", "reflectors", "reflections"

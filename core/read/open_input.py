@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 
 LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
 FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
@@ -28,7 +28,7 @@ def suffix_of(path):
     return next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
 
 
-def open_input(path, report_share=ignore_share):
+def open_input(path, report_share=silent):
     """Open a file as a stream of bytes.
 
     Parameters

@@ -104,25 +104,23 @@ def open_raster(path):
     """
     open_input(path).close()
     with ExitStack() as stack:
-        raster = tell_damage(path, _open)(path, stack)
+        with tell_damage(path):
+            raster = _open(path, stack)
         if raster.block_bytes > LARGEST_BLOCK:
             raise InputError(path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF")
-        yield replace(raster, read_cells=tell_damage(path, raster.read_cells))
+        yield replace(raster, read_cells=tell_damage(path)(raster.read_cells))
 
 
-def tell_damage(path, function):
-    """A function whose errors on damaged bytes are InputErrors."""
-
-    def call(*arguments):
-        try:
-            return function(*arguments)
-        except InputError:
-            raise
-        except DAMAGE as error:
-            words = " ".join(str(error).replace(str(path), "it").split())[:160]
-            raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
-
-    return call
+@contextmanager
+def tell_damage(path):
+    """Errors on damaged bytes become InputErrors, in a block or, as a decorator, in a function."""
+    try:
+        yield
+    except InputError:
+        raise
+    except DAMAGE as error:
+        words = " ".join(str(error).replace(str(path), "it").split())[:160]
+        raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
 
 
 def _open(path, stack):

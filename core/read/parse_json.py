@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .open_input import CUT, open_input
 
 CHUNK = 2**22  # bytes
@@ -51,7 +51,7 @@ def _uncollected():
             gc.enable()
 
 
-def iterate_json(path, notes, report_share=ignore_share):
+def iterate_json(path, notes, report_share=silent):
     """Yield each JSON text of a file and the line it begins on.
 
     A file with one text per line is read line by line; any other is read into memory as a whole.

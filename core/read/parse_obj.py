@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters
@@ -43,7 +43,7 @@ class ObjParts:
     comment_crs: str = ""  # a comment line that mentions EPSG
 
 
-def parse_obj(path, up="z", report_share=ignore_share):
+def parse_obj(path, up="z", report_share=silent):
     """Read the statements of an OBJ file.
 
     Parameters

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from lxml import etree
 
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .open_input import CUT, open_input
 
 SAFE = dict.fromkeys(("resolve_entities", "load_dtd", "dtd_validation", "huge_tree"), False)
@@ -64,7 +64,7 @@ def read_root(path, declared=()):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags, declared=(), report_share=ignore_share, only_in=None):
+def iterate_elements(path, tags, declared=(), report_share=silent, only_in=None):
     """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
 
     Parameters
@@ -99,7 +99,7 @@ def iterate_elements(path, tags, declared=(), report_share=ignore_share, only_in
 
 
 @contextmanager
-def _open_xml(path, declared, report_share=ignore_share):
+def _open_xml(path, declared, report_share=silent):
     with open_input(path, report_share) as stream:
         try:
             yield _Source(path, stream, declared)

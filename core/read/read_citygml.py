@@ -4,7 +4,7 @@ from collections import Counter
 
 from ..city.city import FileContent
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .collect_polygons import collect_polygons, resolve_references
 from .collect_trees import PLANTS, collect_tree, finish_trees
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
@@ -16,7 +16,7 @@ IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
-def read_citygml(path, report_share=ignore_share):
+def read_citygml(path, report_share=silent):
     """Read all polygons of one CityGML file, at all levels of detail.
 
     A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,

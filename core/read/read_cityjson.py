@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..city.city import FileContent
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
 from .open_input import clean_name
@@ -26,7 +26,7 @@ OBJECTS_AT_ONCE = 64  # objects per progress report
 IMPORTANT = ("type", "CityObjects", "vertices", "transform", "metadata", "geometry-templates")
 
 
-def read_cityjson(path, report_share=ignore_share):
+def read_cityjson(path, report_share=silent):
     """Read all building polygons of one CityJSON file, at all levels of detail.
 
     Parameters
@@ -61,7 +61,7 @@ def read_cityjson(path, report_share=ignore_share):
         elif reading.templates is None:
             cure = "put the header object, of type CityJSON, on the first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
-        reading.add(value, line, report_share if kind == "CityJSON" else ignore_share)
+        reading.add(value, line, report_share if kind == "CityJSON" else silent)
     drop_repeated(content)
     reading.finish()
     finish_trees(content)
@@ -96,7 +96,7 @@ class _Reading:
             named = "its coordinate reference system was read" if self.content.srs_names else "it was not used"
             self._note(f"{self.path} has metadata that is not an object; {named}.")
 
-    def add(self, text, line, report_share=ignore_share):
+    def add(self, text, line, report_share=silent):
         """Read the buildings among the objects of one JSON text."""
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):

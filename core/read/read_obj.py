@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..city.city import FileContent, Polygon, number_names
 from ..settings.errors import InputError
-from ..settings.progress import ignore_share
+from ..settings.progress import silent
 from .parse_obj import SHORT, parse_obj, read_libraries
 
 WELD = 1e-3  # [units of the file] vertices closer than this are merged
@@ -24,7 +24,7 @@ OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
 ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
 
 
-def read_obj(path, up="z", report_share=ignore_share):
+def read_obj(path, up="z", report_share=silent):
     """Read all polygons (`f` statements) of an OBJ file.
 
     Each ``o`` is a building. Without any, each name of ``g`` is one; without either, polygons that share vertices form

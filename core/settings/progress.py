@@ -20,12 +20,8 @@ class CancelledError(Exception):
     """The user ends the task, keeping what is done."""
 
 
-def silent(stage, done, total, unit):
-    """Report nothing."""
-
-
-def ignore_share(share):
-    """Report nothing; `share` is the part of a task that is done, 0 to 1."""
+def silent(*report):
+    """Report nothing, of `progress(stage, done, total, unit)` or of `report_share(share)`, the part done, 0 to 1."""
 
 
 def report_part(report_share, begin, end, share):

@@ -40,8 +40,12 @@ def setting(default, group, words, *, kind=None, **details):
 def check_number(option, value, details):
     """Raise an error if a number is out of range, or not an integer where one is needed."""
     whole = details.kind == "integer"
-    noun = "a whole number" if whole else "a number"
-    words = f"{noun} {describe_range(details)}".strip()
+    words = "a whole number" if whole else "a number"
+    if details.above is not None:
+        words += f" above {details.above:g}"
+    elif details.least is not None:
+        least, most = details.least, details.most
+        words += f" of at least {least:g}" if most is None else f" from {least:g} to {most:g}"
     cure = f"give {words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
     if whole and not float(value).is_integer():
         raise InputError(option, f"{value} is not a whole number", cure)
@@ -56,12 +60,3 @@ def check_place(option, place):
     for noun, value, most in zip(("latitude", "longitude"), place, (90, 180), strict=True):
         if not abs(value) <= most:  # also true for NaN
             raise InputError(option, f"a {noun} of {value} is out of range", f"give degrees from -{most} to {most}")
-
-
-def describe_range(details):
-    """Range of a number as text."""
-    if details.above is not None:
-        return f"above {details.above:g}"
-    if details.least is None:
-        return ""
-    return f"of at least {details.least:g}" if details.most is None else f"from {details.least:g} to {details.most:g}"

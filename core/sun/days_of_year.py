@@ -44,7 +44,10 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
     Suns
         Sampling "days:N", not weighted yet; `day` is the proleptic Gregorian ordinal of the day of local solar time.
     """
-    every = merge_steps(interval)
+    # Intervals per step of traced suns, such that the steps divide the day.
+    every = max(1, -(-SHORTEST_STEP // interval))
+    while DAY % (interval * every) != pd.Timedelta(0) and interval * every < DAY:
+        every += 1
     axis = whole_solar_days(times[::every], interval * every, longitude)
     steps = DAY // (interval * every)
     day, step = (part.reshape(-1, steps) for part in solar_days(axis, interval * every, longitude))
@@ -57,14 +60,6 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     day, step = (part[chosen].ravel()[up].astype(np.int32) for part in (day + EPOCH, step))
     return Suns(f"days:{count}", direction, np.full(len(direction), 1.0 / max(len(direction), 1)), day, step)
-
-
-def merge_steps(interval):
-    """Number of intervals per step of traced suns, such that the steps divide the day."""
-    every = max(1, -(-SHORTEST_STEP // interval))
-    while DAY % (interval * every) != pd.Timedelta(0) and interval * every < DAY:
-        every += 1
-    return every
 
 
 def match_days_of_year(suns, direction, day):

@@ -52,10 +52,17 @@ def climate(latitude, longitude, year=2021, seed=0):
     InputError
         The place lies south of 60° S.
     """
-    altitude = look_up_altitude(latitude, longitude)
-    year_of_place = make_climates([latitude], [longitude], year, seed)
-    data = pd.DataFrame({name: year_of_place[name][0] for name in NAMES}, index=year_of_place["times"])
-    return Record(data, latitude, longitude, altitude, "climate", LABEL)
+    return climate_records([latitude], [longitude], year, seed)[0]
+
+
+def climate_records(latitudes, longitudes, year, seed, zenith=None):
+    """Records of many places, as of `climate`; parameters as of `make_climates`: list of Record."""
+    made = make_climates(latitudes, longitudes, year, seed, zenith)
+    records = []
+    for row, place in enumerate(zip(latitudes, longitudes, strict=True)):
+        data = pd.DataFrame({name: made[name][row] for name in NAMES}, index=made["times"])
+        records.append(Record(data, *place, look_up_altitude(*place), "climate", LABEL))
+    return records
 
 
 def clear_sky(latitude, longitude, altitude, year, sun=None):

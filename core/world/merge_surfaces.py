@@ -100,26 +100,19 @@ def mean_of_pieces(values, weight, pieces):
 
 def merge_block(block, weight, pieces, direction):
     """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are exact."""
-
-    def mean(values):
-        return mean_of_pieces(values, weight, pieces)
-
     seen = []  # visible shares that give the mean direct light
     for rows in pieces:
         share, visible, normal = weight[rows] / weight[rows].sum(), block.visible_share[:, rows], block.normal[:, rows]
         projection = np.maximum(direction @ (normal @ share), 0.0)
         exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(projection, GRAZING)
         seen.append(np.where(projection > GRAZING, exact, visible @ share))
+    linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected")
+    means = {name: mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE) for name in linear}
     return replace(
         block,
-        normal=mean(block.normal).astype(SINGLE),
-        diffuse=mean(block.diffuse).astype(SINGLE),
-        far_ground=mean(block.far_ground).astype(SINGLE),
-        sky=mean(block.sky).astype(SINGLE),
+        **means,
         sources=np.zeros((0, len(pieces)), SINGLE),  # those of the environment count
         source_view=np.zeros((0, len(pieces)), SINGLE),
-        iam=mean(block.iam).astype(SINGLE),
-        reflected=np.ascontiguousarray(mean(block.reflected), SINGLE),
         visible_share=np.stack(seen, axis=1).astype(SINGLE),
         group_weight=np.zeros((len(pieces), 0), SINGLE),
     )

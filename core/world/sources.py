@@ -1,15 +1,15 @@
 """Places of a world, points of a grid or stations, and the sources of their weather."""
 
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
-import pandas as pd
 
 from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import INTERVAL, LABEL, NAMES, clear_sky, look_up_altitude, make_climates
+from ..weather.climate import INTERVAL, LABEL, clear_sky, climate_records, hours_of_year, look_up_altitude
 from ..weather.climate_grid import is_land, look_up_normals
 from ..weather.weather import Record
 from .read_era5_grid import point_of_block, read_block
@@ -145,19 +145,22 @@ def model_source(places, name, request, off_land="blank"):
     -------
     Source
     """
-    times = pd.date_range(f"{request.year}-01-01", f"{request.year + 1}-01-01", freq="h", inclusive="left", tz="UTC")
-    sun = geocentric_sun(times, INTERVAL)
+    sun = geocentric_sun(hours_of_year(request.year), INTERVAL)
 
     def read(chunk):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
-        wanted = [name == "climate" and (off_land == "climate" or is_land(*place)) for place in at]
-        land = [want and look_up_normals(*place) is not None for want, place in zip(wanted, at, strict=True)]
         suns = [sun_of_place(sun, *place) for place in at]
-        records = climate_records(places, chunk, land, suns, request)
+        land = [off_land == "climate" or is_land(*place) for place in at] if name == "climate" else [False] * len(at)
+        known = [on and look_up_normals(*place) is not None for on, place in zip(land, at, strict=True)]
+        records = iter(())
+        if any(known):
+            zenith = [own["apparent_zenith"].to_numpy() for own in compress(suns, known)]
+            axes = (list(compress(axis, known)) for axis in zip(*at, strict=True))
+            records = iter(climate_records(*axes, request.year, request.weather_seed, np.stack(zenith)))
         found = []
-        for (latitude, longitude), own, known in zip(at, suns, records, strict=True):
-            if known is not None:
-                found.append((add_sun(known, INTERVAL, request.horizon_cut, own), CLIMATE))
+        for (latitude, longitude), own, on in zip(at, suns, known, strict=True):
+            if on:
+                found.append((add_sun(next(records), INTERVAL, request.horizon_cut, own), CLIMATE))
             elif name == "climate" and off_land != "clear-sky":
                 found.append((None, NOTHING))
             else:
@@ -169,22 +172,6 @@ def model_source(places, name, request, off_land="blank"):
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
     return Source(places, label, cut(len(places), AT_ONCE), read, [])
-
-
-def climate_records(places, chunk, land, suns, request):
-    """Records of the built-in climate, None off land."""
-    chosen = [number for number, on in enumerate(land) if on]
-    records = [None] * len(chunk)
-    if not chosen:
-        return records
-    latitude, longitude = (axis[[chunk[number] for number in chosen]] for axis in (places.latitude, places.longitude))
-    zenith = np.stack([suns[number]["apparent_zenith"].to_numpy() for number in chosen])
-    made = make_climates(latitude, longitude, request.year, request.weather_seed, zenith)
-    for row, number in enumerate(chosen):
-        data = pd.DataFrame({name: made[name][row] for name in NAMES}, index=made["times"])
-        altitude = look_up_altitude(latitude[row], longitude[row])
-        records[number] = Record(data, latitude[row], longitude[row], altitude, "climate", LABEL)
-    return records
 
 
 def grid_source(grid, places, picked, request, years=None):

@@ -84,13 +84,14 @@ def add_errors(variables, world, shape):
 def coordinates(world, grid):
     """Coordinates of the dataset."""
     places = world.places
-    north = {"units": "degrees_north", "standard_name": "latitude"}
-    east = {"units": "degrees_east", "standard_name": "longitude"}
-    if grid:
-        north, east = north | {"axis": "Y"}, east | {"axis": "X"}
-        where = {"latitude": ("latitude", places.rows, north), "longitude": ("longitude", places.columns, east)}
-    else:
-        where = {"latitude": ("station", places.latitude, north), "longitude": ("station", places.longitude, east)}
+    where = {}
+    for name, sign, axis, along in (
+        ("latitude", "north", "Y", places.rows),
+        ("longitude", "east", "X", places.columns),
+    ):
+        about = {"units": f"degrees_{sign}", "standard_name": name}
+        where[name] = (name, along, about | {"axis": axis}) if grid else ("station", getattr(places, name), about)
+    if not grid:
         where["station"] = "station", np.array(places.names, dtype=object), {"long_name": "name of the station"}
     names = np.array(["_".join(pair) for pair in world.groups], dtype=object)
     return where | {
