@@ -63,16 +63,11 @@ class TerminalProgress:
         if not finished and now - self.shown < (0.2 if self.live else 10.0):
             return
         self.shown = now
-        if finished and not self.lasting:
-            self.stage = None
-            self.stream.write("\r\x1b[2K" if self.live else "")
-            self.stream.flush()
-            return
-        line = f"  {stage}: {describe_progress(done, total, unit, now - self.started)}"
-        if self.live:
-            self.stream.write(f"\r\x1b[2K{line}" + ("\n" if finished else ""))
-        else:
-            self.stream.write(line + "\n")
+        line = ""
+        if self.lasting or not finished:
+            line = f"  {stage}: {describe_progress(done, total, unit, now - self.started)}"
+            line += "\n" if finished or not self.live else ""
+        self.stream.write(("\r\x1b[2K" if self.live else "") + line)
         self.stream.flush()
         if finished:
             self.stage = None
