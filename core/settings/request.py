@@ -5,11 +5,11 @@ A field of `Request` states a setting's default, unit, range and meaning. The op
 made from these declarations: a new setting is one entry here.
 """
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 
 from .errors import InputError
 from .presets import ESTIMATORS, PRESET_WORDS
-from .setting import check_number, check_place, setting
+from .setting import check_number, check_place, of_city, of_light, of_run, of_weather, setting
 from .system_settings import SystemSettings
 
 SKIES = {
@@ -24,26 +24,22 @@ class Request(SystemSettings):
     """Settings of a run; the command line and the panel fill them in."""
 
     # the city
-    lod: str | None = setting(None, "city", "level of detail; default: the best 2.x of each building", metavar="L")
-    unit: str = setting(
+    lod: str | None = of_city(None, "level of detail; default: the best 2.x of each building", metavar="L")
+    unit: str = of_city(
         "m",
-        "city",
         "unit of length of files that name no reference system",
-        title="Unit",
         panel="import",
         choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
     )
-    up: str = setting(
+    up: str = of_city(
         "z",
-        "city",
         "upward axis of files that do not state it (OBJ)",
         title="Up axis",
         panel="import",
         choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
     )
-    orient: str = setting(
+    orient: str = of_city(
         "auto",
-        "city",
         "flip polygons that face into their building, or keep all as drawn",
         title="Orientation",
         panel="import",
@@ -52,40 +48,28 @@ class Request(SystemSettings):
             "as-drawn": "Keep every polygon as drawn",
         },
     )
-    latitude: float | None = setting(
-        None, "city", "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-90, most=90
+    latitude: float | None = of_city(
+        None, "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-90, most=90
     )
-    longitude: float | None = setting(
-        None,
-        "city",
-        "of the city; default: as in its files",
-        kind="number",
-        unit="°",
-        metavar="D",
-        least=-180,
-        most=180,
+    longitude: float | None = of_city(
+        None, "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-180, most=180
     )
-    site_of: str | None = setting(
+    site_of: str | None = of_city(
         None,
-        "city",
         "result folder of another state of this city, whose place and grid are kept: then only what differs changes",
         metavar="DIR",
     )
-    grid_size: float | None = setting(
+    grid_size: float | None = of_city(
         None,
-        "city",
         "size of the cells, id#k, into which large polygons are split",
         kind="number",
         unit="m",
         metavar="M",
         above=0,
     )
-    terrain: str | None = setting(
-        None, "city", "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE"
-    )
-    ground: str = setting(
+    terrain: str | None = of_city(None, "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
+    ground: str = of_city(
         "auto",
-        "city",
         "auto: terrain of the city's files, else as feet; feet: generated through the bases of the buildings; none",
         choices={
             "auto": "Terrain of the city's files if they have any, else a surface through the bases of the buildings",
@@ -93,28 +77,25 @@ class Request(SystemSettings):
             "none": "Exactly the surfaces that were read",
         },
     )
-    racks: str = setting(
+    racks: str = of_city(
         "none",
-        "city",
         "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, azimuth, spacing or "
         "gcr, depth, rim, height, area, back-albedo",
-        title="Racks",
         panel="classify",
         metavar="SPEC",
     )
     # the weather
-    weather: str | list = setting(
-        "climate", "weather", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
+    weather: str | list = of_weather(
+        "climate", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
     )
-    time_shift: float = setting(
-        0.0, "weather", "added to the times of weather files", unit="min", metavar="MIN", least=-720, most=720
+    time_shift: float = of_weather(
+        0.0, "added to the times of weather files", unit="min", metavar="MIN", least=-720, most=720
     )
-    weather_place: tuple | None = setting(
-        None, "weather", "where the weather was measured; default: as its files say", kind="place", unit="°"
+    weather_place: tuple | None = of_weather(
+        None, "where the weather was measured; default: as its files say", kind="place", unit="°"
     )
-    weather_without: str = setting(
+    weather_without: str = of_weather(
         "none",
-        "weather",
         "column of irradiance to ignore; it then follows from the other two",
         choices={
             "none": "All columns are used",
@@ -123,9 +104,8 @@ class Request(SystemSettings):
             "dni": "Direct from global and diffuse",
         },
     )
-    allow_distance: float = setting(
+    allow_distance: float = of_weather(
         150.0,
-        "weather",
         "largest distance from the city to the place of the weather",
         title="Within [km]",
         panel="weather",
@@ -133,54 +113,45 @@ class Request(SystemSettings):
         metavar="KM",
         least=0,
     )
-    weather_point: str = setting(
+    weather_point: str = of_weather(
         "nearest",
-        "weather",
         "interpolation of gridded weather",
         title="Grid point",
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
     )
-    horizon_cut: str = setting(
+    horizon_cut: str = of_weather(
         "measured",
-        "weather",
         "irradiance with the sun below 2°: kept as measured, or neglected",
         choices={
             "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",
             "neglect": "Left out, as in the paper",
         },
     )
-    year: int = setting(2021, "weather", "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
-    weather_seed: int = setting(
-        0, "weather", "seed of the days and hours of the built-in climate", metavar="N", least=0
-    )
+    year: int = of_weather(2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
+    weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", metavar="N", least=0)
     # the light
-    preset: str = setting(
-        "standard", "light", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
+    preset: str = of_light(
+        "standard", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
     )
-    target_error: float | None = setting(
+    target_error: float | None = of_light(
         None,
-        "light",
         "trace further rounds until the standard error of full load hours is below this on 95 % of the eligible area",
         kind="number",
         unit="%",
         metavar="P",
         above=0,
     )
-    time_budget: float | None = setting(
+    time_budget: float | None = of_light(
         None,
-        "light",
         "trace further rounds as long as the whole run stays within this time",
         kind="number",
         unit="s",
         metavar="S",
         above=0,
     )
-    suns: str = setting(
-        "days:24", "light", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY"
-    )
-    max_bounces: int | None = setting(
+    suns: str = of_light("days:24", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY")
+    max_bounces: int | None = of_light(
         None,
-        "light",
         "number of reflections; default auto: until what is left is small",
         kind="integer",
         title="Reflections",
@@ -189,69 +160,45 @@ class Request(SystemSettings):
         least=0,
         none="auto",
     )
-    albedo: float = setting(
+    albedo: float = of_light(
         0.25,
-        "light",
         "albedo of the buildings: share of the light that they reflect",
-        title="Albedo",
         panel="trace",
         metavar="A",
         least=0,
         most=1,
     )
-    ground_albedo: float = setting(
-        0.25,
-        "light",
-        "albedo of the ground: share of the light that it reflects",
-        title="Ground albedo",
-        panel="trace",
-        metavar="A",
-        least=0,
-        most=1,
+    ground_albedo: float = of_light(
+        0.25, "albedo of the ground: share of the light that it reflects", panel="trace", metavar="A", least=0, most=1
     )
-    albedo_file: str | None = setting(
-        None, "light", "albedo or material by surface id, material or kind", metavar="CSV"
+    albedo_file: str | None = of_light(None, "albedo or material by surface id, material or kind", metavar="CSV")
+    materials: dict = of_light({}, "name of a material -> materials.materials.MaterialSpec", option="")
+    file_materials: bool = of_light(False, "albedo by the materials of OBJ files", kind="flag", option="--materials")
+    ground_material: str = of_light("", "name of the generated ground's material", option="")
+    far_ground: bool = of_light(
+        True, "open, sunlit ground beyond the city, up to the horizon", kind="switch", panel="trace"
     )
-    materials: dict = setting({}, "light", "name of a material -> materials.materials.MaterialSpec", option="")
-    file_materials: bool = setting(
-        False, "light", "albedo by the materials of OBJ files", kind="flag", option="--materials"
-    )
-    ground_material: str = setting("", "light", "name of the generated ground's material", option="")
-    far_ground: bool = setting(
-        True,
-        "light",
-        "open, sunlit ground beyond the city, up to the horizon",
-        kind="switch",
-        title="Far ground",
-        panel="trace",
-    )
-    horizon: str | None = setting(
+    horizon: str | None = of_light(
         None,
-        "light",
         "distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or angles (azimuth,elevation; PVGIS)",
         metavar="FILE",
     )
-    sky: str = setting("auto", "sky", "model of the diffuse sky", title="Sky", panel="trace", choices=SKIES)
-    estimator: str = setting(
-        "gather", "light", "how light is traced", title="Estimator", panel="trace", choices=ESTIMATORS
-    )
-    samples: int = setting(
+    sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
+    estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)
+    samples: int = of_light(
         256,
-        "light",
         "hemisphere rays per patch; forward: photons per patch from each source",
         title="Sky rays",
         panel="sampling",
         metavar="N",
         least=4,
     )
-    shadow_samples: int = setting(
-        16, "light", "shadow rays per patch and sun", title="Sun rays", panel="sampling", metavar="M", least=1
+    shadow_samples: int = of_light(
+        16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", metavar="M", least=1
     )
-    patch_size: float | None = setting(
+    patch_size: float | None = of_light(
         10.0,
-        "light",
         "longest edge of a patch, the unit that reflects light; smaller is more accurate and slower",
-        title="Patch size",
         panel="classify",
         unit="m",
         metavar="M",
@@ -259,43 +206,31 @@ class Request(SystemSettings):
         none="none",
         subtype="DISTANCE",
     )
-    leaf_area_density: float = setting(
-        1.0, "light", "leaf area density of trees in leaf, one-sided", unit="m²/m³", metavar="D", least=0
+    leaf_area_density: float = of_light(
+        1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", metavar="D", least=0
     )
-    branch_area_density: float = setting(
-        0.2, "light", "branch area density of bare trees", unit="m²/m³", metavar="D", least=0
-    )
-    leaf_extinction: float = setting(
-        0.5, "light", "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0
-    )
-    leaf_months: str = setting("auto", "light", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
-    crown_transmittance: float | None = setting(
+    branch_area_density: float = of_light(0.2, "branch area density of bare trees", unit="m²/m³", metavar="D", least=0)
+    leaf_extinction: float = of_light(0.5, "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0)
+    leaf_months: str = of_light("auto", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
+    crown_transmittance: float | None = of_light(
         None,
-        "light",
         "share of light that passes a crown in leaf, however long its path; default: by leaf area density",
         kind="number",
         metavar="T",
         least=0,
         most=1,
     )
-    report: str = setting(
+    report: str = of_light(
         "eligible",
-        "light",
         "surfaces that are sampled in full; the others send a quarter of the rays",
         choices={"eligible": "Eligible surfaces and flat roofs", "all": "All surfaces, sampled alike"},
     )
-    effects: dict = setting({}, "effects", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
-    seed: int = setting(
-        0,
-        "light",
-        "seed of the rays; the same seed gives the same results",
-        title="Seed",
-        panel="sampling",
-        metavar="N",
-        least=0,
+    effects: dict = setting({}, "overrule the plan of effects", group="effects", kind="pairs", metavar="KEY=on|off")
+    seed: int = of_light(
+        0, "seed of the rays; the same seed gives the same results", panel="sampling", metavar="N", least=0
     )
     # the run
-    threads: int | None = setting(None, "run", "threads; default: all processors", kind="integer", metavar="N", least=1)
+    threads: int | None = of_run(None, "threads; default: all processors", kind="integer", metavar="N", least=1)
 
     def as_dict(self):
         """All settings by name."""
@@ -307,6 +242,8 @@ def declared_settings(*groups):
     found = []
     for one in fields(Request):
         details = one.metadata["setting"]
+        if details.panel and not details.title:
+            details = replace(details, title=one.name.replace("_", " ").capitalize())
         if not groups or details.group in groups:
             default = getattr(Request, one.name, {})  # a dict has no default of the class
             found.append((one.name, default, details))

@@ -1,6 +1,7 @@
 """Declaration of a setting: default, unit, range and help text in one place."""
 
 from dataclasses import dataclass, field
+from functools import partial
 
 from .errors import InputError
 
@@ -15,7 +16,7 @@ class Setting:
     words: str  # help text, for --help and tooltips
     # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
     kind: str
-    title: str = ""  # label in Blender's panel; "" if a property of another type replaces it there
+    title: str = ""  # label in Blender's panel; "": the field's name where `panel` is given, else it is not shown there
     unit: str = ""
     option: str | None = None  # on the command line; None: the field's name; "": no option
     metavar: str | None = None
@@ -28,13 +29,18 @@ class Setting:
     subtype: str = "NONE"  # of Blender's property
 
 
-def setting(default, group, words, *, kind=None, **details):
+def setting(default, words, *, group, kind=None, **details):
     """A field of Request: its default, and the further fields of `Setting`; choices and numbers tell their kind."""
     own = "choice" if "choices" in details else NUMBERS.get(type(default), "text")
     metadata = {"setting": Setting(group, words, kind or own, **details)}
     if isinstance(default, dict):
         return field(default_factory=default.copy, metadata=metadata)
     return field(default=default, metadata=metadata)
+
+
+of_city, of_weather, of_light, of_electricity, of_run = (
+    partial(setting, group=group) for group in ("city", "weather", "light", "electricity", "run")
+)
 
 
 def check_number(option, value, details):

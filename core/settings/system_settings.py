@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from .setting import setting
+from .setting import of_electricity, setting
 
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
 BUILDINGS = "buildings"  # in place of a surface's id
@@ -36,35 +36,25 @@ OVERHANGS = {
 class SystemSettings:
     """Settings about electricity."""
 
-    method: str | None = setting(
+    method: str | None = of_electricity(
         None,
-        "electricity",
         "all settings as in the paper (docs/reference/method_paper.md); other options take precedence",
         choices=METHODS,
     )
-    module: str = setting(
+    module: str = of_electricity(
         "SunPower_SPR_300_WHT__2007__E__",
-        "electricity",
         "module: its name, or a part of it, in pvlib's Sandia or CEC library",
-        title="Module",
         panel="energy",
         metavar="NAME",
     )
-    mounting: str = setting(
-        "auto",
-        "electricity",
-        "mounting of the modules, which determines the cell temperature",
-        title="Mounting",
-        panel="energy",
-        choices=MOUNTINGS,
+    mounting: str = of_electricity(
+        "auto", "mounting of the modules, which determines the cell temperature", panel="energy", choices=MOUNTINGS
     )
-    iam: str = setting("module", "electricity", "incidence angle modifier of direct light", choices=INCIDENCE_LAWS)
-    diffuse_iam: bool = setting(False, "electricity", "incidence angle modifier of diffuse light, too", kind="switch")
-    losses: float = setting(
+    iam: str = of_electricity("module", "incidence angle modifier of direct light", choices=INCIDENCE_LAWS)
+    diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too", kind="switch")
+    losses: float = of_electricity(
         11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
-        "electricity",
         "DC energy lost to soiling, mismatch, wiring, first sunlight, tolerances and outages",
-        title="Losses",
         panel="energy",
         unit="%",
         subtype="PERCENTAGE",
@@ -72,31 +62,18 @@ class SystemSettings:
         least=0,
         most=99,
     )
-    inverter: str | None = setting(
-        "pvwatts",
-        "electricity",
-        "pvwatts, an inverter of pvlib's library, or none",
-        title="Inverter",
-        panel="energy",
-        metavar="NAME",
-        none="none",
+    inverter: str | None = of_electricity(
+        "pvwatts", "pvwatts, an inverter of pvlib's library, or none", panel="energy", metavar="NAME", none="none"
     )
-    dc_ac_ratio: float = setting(
-        1.0, "electricity", "nominal power of modules over that of the inverter", metavar="R", above=0, most=10
+    dc_ac_ratio: float = of_electricity(
+        1.0, "nominal power of modules over that of the inverter", metavar="R", above=0, most=10
     )
-    hidden_walls: str = setting(
-        "leave-out",
-        "electricity",
-        "whether wall area that a neighbour covers counts",
-        title="Hidden walls",
-        panel="energy",
-        choices=HIDDEN_WALLS,
+    hidden_walls: str = of_electricity(
+        "leave-out", "whether wall area that a neighbour covers counts", panel="energy", choices=HIDDEN_WALLS
     )
-    clearance: float = setting(
+    clearance: float = of_electricity(
         CLEARANCES[1],
-        "electricity",
         "room that a module needs before it, up to a face turned against it",
-        title="Clearance",
         panel="energy",
         unit="m",
         metavar="M",
@@ -104,29 +81,19 @@ class SystemSettings:
     )
     sectors: str = setting(
         "8",
-        "surfaces",
         "azimuths that count: all, in eight sectors, or those of the paper",
-        title="Sectors",
+        group="surfaces",
         panel="classify",
         choices=SECTORS,
     )
-    overhangs: str = setting(
-        "leave-out", "electricity", "whether walls that lean outward are facades", choices=OVERHANGS
+    overhangs: str = of_electricity("leave-out", "whether walls that lean outward are facades", choices=OVERHANGS)
+    usable: dict = of_electricity(
+        {}, "share of the area that windows and edges leave for modules, by kind", kind="shares", metavar="KIND=SHARE"
     )
-    usable: dict = setting(
-        {},
-        "electricity",
-        "share of the area that windows and edges leave for modules, by kind",
-        kind="shares",
-        metavar="KIND=SHARE",
-    )
-    series: tuple = setting(
+    series: tuple = of_electricity(
         (),
-        "electricity",
         f"ids of surfaces whose hourly series are written to series.csv; {BUILDINGS}: power of each in timeseries.nc",
         kind="names",
         metavar="ID",
     )
-    monthly: bool = setting(
-        False, "electricity", "add monthly full load hours to faces.csv and buildings.csv", kind="flag"
-    )
+    monthly: bool = of_electricity(False, "add monthly full load hours to faces.csv and buildings.csv", kind="flag")
