@@ -62,37 +62,32 @@ def draw_world_months(dataset):
     width = 11 * max(count, 2) / 4  # [inch]
     figure = make_figure(width, 5.2)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+    clear = (values["weather"] == CLEAR).to_numpy()
+    hatched = clear.any() and not clear.all()
     rest = iter(panels)
     for kind, names in zip(KINDS, wanted, strict=True):
-        if not names:
-            continue
-        top = float(np.nanmax(values.sel(group=names)))
         own = [next(rest) for _ in names]
         for axes, name in zip(own, names, strict=True):
-            mesh = draw_panel(axes, values.sel(group=name), top)
-            axes.set_title(title_of_group(name))
-        figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
+            mesh = draw_panel(axes, values.sel(group=name), values.sel(group=names).max(), clear & hatched)
+        if names:
+            label = f"{kind.capitalize()}s: hours in the month [h]"
+            figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02, label=label)
     panels[0].set_ylabel("Latitude")
     east = write_longitude(round(float(values["longitude"]), 2))
-    hatched = 0 < int((values["weather"] == CLEAR).sum()) < values.sizes["latitude"]
-    bounds = edges(values["latitude"].to_numpy())
-    rows = np.flatnonzero((values["weather"] == CLEAR).to_numpy()) if hatched else []
-    for axes, row in ((axes, row) for axes in panels for row in rows):
-        axes.axhspan(*bounds[row : row + 2], facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
     note = " Hatched: clear sky." if hatched else ""
-    source = describe_source(dataset, width)
-    figure.supxlabel(f"{environment}, along {east}.{note} {source}", fontsize=8)
+    figure.supxlabel(f"{environment}, along {east}.{note} {describe_source(dataset, width)}", fontsize=8)
     return figure
 
 
-def draw_panel(axes, values, top):
-    """One group: months to the right, latitudes upwards; blank without weather."""
-    latitude = values["latitude"].to_numpy()
-    table = values.transpose("latitude", "month").to_numpy()
-    mesh = axes.pcolormesh(
-        np.arange(0.5, 13), edges(latitude), table, cmap=colour_scale("viridis"), vmin=0, vmax=top, rasterized=True
-    )
+def draw_panel(axes, values, top, hatched):
+    """One group: months to the right, latitudes upwards, some of them hatched; blank without weather."""
+    bounds, table = edges(values["latitude"].to_numpy()), values.transpose("latitude", "month").to_numpy()
+    style = {"cmap": colour_scale("viridis"), "vmin": 0, "vmax": float(top), "rasterized": True}
+    mesh = axes.pcolormesh(np.arange(0.5, 13), bounds, table, **style)
+    for row in np.flatnonzero(hatched):
+        axes.axhspan(*bounds[row : row + 2], facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
     axes.set_xticks(np.arange(1, 13), [name[0] for name in MONTHS], fontsize=9)
+    axes.set_title(title_of_group(values["group"].item()))
     mark_latitudes(axes)
     axes.grid(visible=False)
     return mesh
@@ -112,20 +107,18 @@ def draw_world_day(dataset):
         None where there is no place with weather near the latitudes.
     """
     values = dataset["full_load_hours_by_solar_hour"]
-    found = [nearest_place(values, latitude, MERIDIAN) for latitude in DAY_LATITUDES]
-    rows = [
-        (latitude, *place)
-        for latitude, place in zip(DAY_LATITUDES, found, strict=True)
-        if place and abs(float(values["latitude"][place[0]]) - latitude) <= FURTHEST
-    ]
+    places = []
+    for latitude in DAY_LATITUDES:
+        near = nearest_place(values, latitude, MERIDIAN)
+        if near and abs(values["latitude"][near[0]] - latitude) <= FURTHEST:
+            places.append(values[near])
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
-    if not rows:
+    if not places:
         return None
     width = max(4.0 * len(names), 5.0)  # [inch]
-    figure = make_figure(width, 3.2 * len(rows))
-    panels = figure.subplots(len(rows), len(names), sharex=True, sharey="row", squeeze=False)
-    for line, (_, row, column) in zip(panels, rows, strict=True):
-        place = values.isel(latitude=row, longitude=column)
+    figure = make_figure(width, 3.2 * len(places))
+    panels = figure.subplots(len(places), len(names), sharex=True, sharey="row", squeeze=False)
+    for line, place in zip(panels, places, strict=True):
         north, east = (round(float(place[name]), 2) for name in ("latitude", "longitude"))
         where = f"{write_degrees(north, 'N', 'S')}, {write_longitude(east)}"
         for axes, name in zip(line, names, strict=True):
@@ -145,12 +138,9 @@ def draw_lines(axes, values):
     """East and west, roofs solid and facades dashed."""
     for group, style in DAY_GROUPS.items():
         if group in values["group"].to_numpy() and np.isfinite(values.sel(group=group)).all():
-            look = LINES[group.split("_")[1]]
-            hours = values.sel(group=group)
-            label = f"{title_of_group(group)}"
-            axes.plot(hours["solar_hour"] + 0.5, hours, color=look["color"], linestyle=style, label=label)
-    axes.set_xticks(np.arange(0, 25, 3))
-    axes.set_xlim(0, 24)
+            hours, colour = values.sel(group=group), LINES[group.split("_")[1]]["color"]
+            axes.plot(hours["solar_hour"] + 0.5, hours, color=colour, linestyle=style, label=title_of_group(group))
+    axes.set(xticks=np.arange(0, 25, 3), xlim=(0, 24))
 
 
 PICTURES = {
@@ -159,6 +149,7 @@ PICTURES = {
     "world_months.png": draw_world_months,
     "world_day.png": draw_world_day,
 }
+MAPS = ("world_map.png", "world_gain.png")
 
 
 def draw_world(path, folder):
@@ -191,9 +182,10 @@ def draw_world(path, folder):
     if "latitude" not in dataset.dims:
         return []
     dataset, written = join_at_date_line(dataset), []
+    area = min(dataset.sizes["latitude"], dataset.sizes["longitude"]) > 1
     with plain_style():
         for name, draw in PICTURES.items():
-            figure = draw(dataset)
+            figure = draw(dataset) if area or name not in MAPS else None
             if figure is not None:
                 figure.savefig(folder / name, dpi=DOTS, metadata={"Software": None})
                 written.append(name)

@@ -19,7 +19,6 @@ SEA = "#f3f4f6"
 UNSHADED = "unshaded"
 CLEAR = 2  # of the variable `weather`
 WIDE = 10.0  # [inch] of a picture of the world
-PLACES = ("latitude", "longitude")
 MERIDIAN = 10.0  # [°] of the paper's figures 8 and 9
 
 TOWARDS_EQUATOR = ("facade_south", "facade_north")  # in the north, in the south
@@ -36,9 +35,9 @@ def choose_environment(dataset):
 
 def own_groups(values, environment):
     """Groups of which an environment has values anywhere: list of str."""
-    known = np.isfinite(values.sel(environment=environment)).any([name for name in PLACES if name in values.dims])
-    further = [name for name in known.dims if name != "group"]
-    return values["group"].to_numpy()[known.any(further).to_numpy()].tolist()
+    known = values.sel(environment=environment).notnull()
+    known = known.any([name for name in known.dims if name != "group"])
+    return values["group"].to_numpy()[known.to_numpy()].tolist()
 
 
 def map_of(values, environment):
@@ -87,14 +86,10 @@ def nearest_place(values, latitude, longitude):
     tuple of int, or None
         None if no place has values.
     """
-    known = np.isfinite(values.to_numpy()).any(axis=tuple(range(2, values.ndim)))
-    north = values["latitude"].to_numpy()[:, None] - latitude
-    east = (values["longitude"].to_numpy()[None, :] - longitude + 180.0) % 360.0 - 180.0
-    distance = np.where(known, np.hypot(2 * north, east), np.inf)
-    if not np.isfinite(distance).any():
-        return None
-    row, column = np.unravel_index(distance.argmin(), distance.shape)
-    return int(row), int(column)
+    known = values.notnull().any(values.dims[2:])
+    east = (values["longitude"] - longitude + 180.0) % 360.0 - 180.0
+    distance = np.hypot(2 * (values["latitude"] - latitude), east).where(known)
+    return tuple(map(int, distance.argmin(distance.dims).values())) if known.any() else None
 
 
 def read_coast():
@@ -118,18 +113,13 @@ def draw_map(axes, values, **style):
     -------
     matplotlib.collections.QuadMesh
     """
-    longitude, latitude = values["longitude"].to_numpy(), values["latitude"].to_numpy()
+    longitude, latitude = cells_of(values)
     axes.set_facecolor(SEA)
-    mesh = axes.pcolormesh(
-        edges(longitude), np.clip(edges(latitude), -90, 90), values.to_numpy(), rasterized=True, **style
-    )
-    west, east = edges(longitude)[[0, -1]]
+    mesh = axes.pcolormesh(longitude, latitude, values.to_numpy(), rasterized=True, **style)
     coast = read_coast()
-    further = [np.add(line, (360.0, 0.0)) for line in coast] if east > 180.5 else []
+    further = [np.add(line, (360.0, 0.0)) for line in coast] if longitude[-1] > 180.5 else []
     axes.add_collection(LineCollection(coast + further, **LAND_LINE))
-    axes.set_xlim(west, east)
-    axes.set_ylim(*np.clip(edges(latitude)[[0, -1]], -90, 90))
-    axes.set_aspect("equal")
+    axes.set(xlim=longitude[[0, -1]], ylim=latitude[[0, -1]], aspect="equal")
     axes.grid(visible=False)
     axes.xaxis.set_major_formatter(lambda value, _: write_longitude(value))
     mark_latitudes(axes)
@@ -141,9 +131,13 @@ def draw_map(axes, values, **style):
 
 def shape_of_map(values):
     """Width over height of the map of a grid."""
-    west, east = edges(values["longitude"].to_numpy())[[0, -1]]
-    south, north = np.clip(edges(values["latitude"].to_numpy())[[0, -1]], -90, 90)
-    return (east - west) / (north - south)
+    longitude, latitude = cells_of(values)
+    return np.ptp(longitude) / np.ptp(latitude)
+
+
+def cells_of(values):
+    """Edges of the cells of a grid, eastwards and northwards up to the poles [°]: (b + 1,), (a + 1,)."""
+    return edges(values["longitude"].to_numpy()), np.clip(edges(values["latitude"].to_numpy()), -90, 90)
 
 
 def join_at_date_line(dataset):
@@ -208,11 +202,8 @@ def draw_world_map(dataset):
 
     Returns
     -------
-    matplotlib.figure.Figure or None
-        None for a single row or column.
+    matplotlib.figure.Figure
     """
-    if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
-        return None
     maps = [map_of(dataset["full_load_hours"], name) for name in dataset["environment"].to_numpy()]
     columns = 1 if len(maps) < 3 else 2
     rows = -(-len(maps) // columns)
@@ -232,8 +223,8 @@ def draw_world_map(dataset):
             axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
     for axes in panels[len(maps) :]:
         axes.set_axis_off()
-    bar = figure.colorbar(mesh, ax=panels.tolist(), shrink=0.75 / rows**0.5, extend="both", pad=0.015)
-    bar.set_label("Full load hours in a year [h]")
+    style = {"shrink": 0.75 / rows**0.5, "extend": "both", "pad": 0.015}
+    figure.colorbar(mesh, ax=panels.tolist(), label="Full load hours in a year [h]", **style)
     figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
 
@@ -254,11 +245,8 @@ def draw_world_gain(dataset):
 
     Returns
     -------
-    matplotlib.figure.Figure or None
-        None for a single row or column.
+    matplotlib.figure.Figure
     """
-    if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
-        return None
     share = float(np.clip(1.2 * shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
@@ -271,16 +259,14 @@ def draw_world_gain(dataset):
             line, look = gain.sel(environment=name, group=group), COLOURS[number % len(COLOURS)]
             label = f"{name}, {title_of_group(group).split()[0].lower()}"
             profile.plot(line, gain["latitude"], linestyle=style, color=look, label=label)
-    profile.set_xlabel("Gain, mean along the parallel [%]")
+    profile.set(xlabel="Gain, mean along the parallel [%]", xlim=(0, None), title="Facades")
     mark_latitudes(profile)
-    profile.set_xlim(left=0)
-    profile.set_title("Facades")
     profile.legend(fontsize=8, loc="best")
     values, title = map_of(find_gain(dataset), choose_environment(dataset))
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
     axes.set_title(title)
-    bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015)
-    bar.set_label("Full load hours gained by reflected light [%]")
+    label = "Full load hours gained by reflected light [%]"
+    figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015, label=label)
     figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure

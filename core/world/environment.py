@@ -18,6 +18,7 @@ from ..settings.errors import InputError
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
 from ..sun.sky_models import model_traced, name_untraced, sources_of
+from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
@@ -70,13 +71,9 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     check_portable(source, transfer)
     check_transfer(transfer)
     sources = sources_of(sky_model)
-    missing = name_untraced(sky_model, transfer.sources)
-    if missing:
-        raise InputError(
-            source,
-            f"was traced without the light of {missing}, which --sky {sky_model} needs",
-            "trace it again, or give --sky isotropic",
-        )
+    if missing := name_untraced(sky_model, transfer.sources):
+        problem = f"was traced without the light of {missing}, which --sky {sky_model} needs"
+        raise InputError(source, problem, "trace it again, or give --sky isotropic")
     system, transfer = replace(system, sectors=PAPER), classify_again(transfer, PAPER)
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
@@ -111,8 +108,7 @@ def check_portable(source, transfer):
     ------
     InputError
     """
-    way, count = transfer.suns.sampling, len(transfer.suns)
-    problem = cure = None
+    way, count, problem, cure = transfer.suns.sampling, len(transfer.suns), "", ""
     if not way.startswith("sky-grid"):
         problem = f"was traced with --suns {way}, which holds for one latitude only"
         cure = "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR"
@@ -142,18 +138,16 @@ def unshaded_transfer(ground_albedo=0.25):
     """
     tilt = np.repeat([90.0, ROOF_TILT], 4)
     azimuth = np.tile(list(SIDES.values()), 2)
-    slope, turn = np.radians(tilt), np.radians(azimuth)
-    normal = np.stack([np.sin(slope) * np.sin(turn), np.sin(slope) * np.cos(turn), np.cos(slope)], axis=1)
+    normal = sun_direction(tilt, azimuth)  # a normal stands above its plane as a sun does
     kind, orientation = np.repeat(["facade", "roof"], 4), np.tile(list(SIDES), 2)
     names = ["_".join(pair) for pair in zip(kind, orientation, strict=True)]
     suns, count = sky_grid_suns(FEWEST), len(tilt)
     sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
-    zero = np.zeros(count)
+    zero, no_id = np.zeros(count), [""] * count
+    surfaces = Surfaces(names, names, no_id, kind, orientation, zero == 0, zero + 10.0, tilt, azimuth, normal)
     views = {name: source.unshaded(normal) for name, source in SOURCES.items()}
     return Transfer(
-        surfaces=Surfaces(
-            names, names, [""] * count, kind, orientation, np.ones(count, bool), zero + 10.0, tilt, azimuth, normal
-        ),
+        surfaces=surfaces,
         site=Site(0.0, 0.0, 0.0, 0.0, None, (0.0, 0.0, 0.0)),
         suns=suns,
         covered_share=zero,
@@ -194,13 +188,13 @@ def read_environments(texts, system, sky="isotropic"):
     transfers = []
     for text in texts:
         name, path = split_name(text)
+        file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
         if path == UNSHADED:
             transfers.append((name, "closed form", unshaded_transfer()))
-        else:
-            file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
-            if not file.exists():
-                raise InputError(file, "there is no such file", CURE)
+        elif file.exists():
             transfers.append((name, str(file), read_transfer(file)))
+        else:
+            raise InputError(file, "there is no such file", CURE)
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     found = [build_environment(*one, system, sky) for one in transfers]
@@ -214,12 +208,10 @@ def read_environments(texts, system, sky="isotropic"):
 def split_name(text):
     """Name and path of an argument."""
     name, equals, path = text.partition("=")
+    if equals and not (name and path):
+        raise InputError(text, "is not NAME=PATH", CURE)
     if equals:
-        if not (name and path):
-            raise InputError(text, "is not NAME=PATH", CURE)
         return name, path
-    if text == UNSHADED:
-        return text, text
-    path = Path(text)
-    named = path.absolute() if path.is_dir() else path.absolute().parent if path.name == "transfer.nc" else path
-    return (named.stem if named.suffix == ".nc" else named.name), text
+    path = Path(text).absolute()
+    named = path.parent if path.name == "transfer.nc" else path
+    return named.name.removesuffix(".nc"), text

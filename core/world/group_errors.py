@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 
 from ..energy.standard_errors import join_own, sun_sampling_share
 from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
@@ -184,12 +185,9 @@ def parse_mix(text, names):
             raise InputError(OPTION, f"no environment is called {name!r}", f"give some of {', '.join(names)}")
         if name in weights:
             raise InputError(OPTION, f"{name!r} is there twice", "give each environment one weight")
-        try:
-            weights[name] = float(number)
-        except ValueError:
-            raise InputError(OPTION, f"{part!r} is not NAME=WEIGHT", "give numbers above 0") from None
-        if not 0 < weights[name] <= 1:
-            raise InputError(OPTION, f"the weight {number} of {name} is not above 0 and at most 1", "give shares of 1")
+        weights[name] = pd.to_numeric(number, errors="coerce")
+        if not 0 < weights[name] <= 1:  # NaN: it is no number
+            raise InputError(OPTION, f"the weight {number!r} of {name} is not above 0 and at most 1", "give NAME=SHARE")
     if abs(sum(weights.values()) - 1.0) > EXACT:
         raise InputError(OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1")
     return weights

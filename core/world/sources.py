@@ -49,8 +49,7 @@ def grid_places(rows, columns):
     -------
     Places
     """
-    latitude, longitude = np.repeat(rows, len(columns)), np.tile(columns, len(rows))
-    return Places(latitude, longitude, rows, columns)
+    return Places(np.repeat(rows, len(columns)), np.tile(columns, len(rows)), rows, columns)
 
 
 def regular_axes(step, latitudes=None, longitudes=None):
@@ -72,8 +71,7 @@ def regular_axes(step, latitudes=None, longitudes=None):
     south, north = latitudes or (SOUTH, NORTH)
     west, east = longitudes or (WEST, EAST)
     rows, columns = multiples(south, north, step), multiples(west, east + 360.0 * (east < west), step)
-    columns = np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
-    return rows, columns
+    return rows, np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
 
 
 def check_region(latitudes=None, longitudes=None):
