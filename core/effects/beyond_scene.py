@@ -65,9 +65,9 @@ def seen_from(horizon):
     if horizon.eye is None:
         return ""
     least = int(horizon.known.argmin())
-    distance = horizon.known[least]
-    far = f"; heights end {distance / 1000:.1f} km away in the {POINTS[round(horizon.azimuth[least] / 45) % 8]}"
-    return f" from ground at {horizon.eye:.0f} m{far if distance < COVERED else ''}"
+    distance, point = horizon.known[least], POINTS[round(horizon.azimuth[least] / 45) % 8]
+    far = f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
+    return f" from ground at {horizon.eye:.0f} m{far}"
 
 
 def find_hidden(inputs, horizon):
@@ -79,8 +79,7 @@ def find_hidden(inputs, horizon):
     if suns is None or weather is None or not len(suns):
         return NO_SUNS
     data = weather.data
-    place = weather.interval, weather.latitude, weather.longitude
-    match = match_suns(suns, data.index, *place, position=data)
+    match = match_suns(suns, *weather.axis, position=data)
     lower = replace(horizon, elevation=np.maximum(horizon.elevation - MARGIN, 0))
     open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
     used = np.bincount(match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns))
@@ -93,10 +92,8 @@ def describe_level_ground(inputs, horizon):
     if inputs.weather is None:
         return words
     year = year_of(inputs)
-    behind, whole = (
-        float(sum_direct(year, UP, chosen)[0]) for chosen in (~is_above(horizon, year.towards), slice(None))
-    )
-    return f"{words} and {behind / whole if whole > 0 else 0.0:.1%} of the sunlight of level ground"
+    behind, whole = (sum_direct(year, UP, chosen)[0] for chosen in (~is_above(horizon, year.towards), slice(None)))
+    return f"{words} and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
 
 
 def bound_on(inputs, horizon, corners):
@@ -145,8 +142,7 @@ def largest_share(inputs, change, behind=None):
     surfaces = inputs.scene.surfaces
     wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
     names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    level = float(first_light(year, UP)[0])
-    largest = float(np.max(change(year, UP, albedo))) / level if level > 0 else 0.0
+    largest = float(np.max(change(year, UP, albedo)) / max(first_light(year, UP)[0], 1e-9))
     for name in np.unique(names[wanted]):
         normal, area = planes_of(surfaces, np.flatnonzero(wanted & (names == name)))
         light = first_light(year, normal)
@@ -178,9 +174,8 @@ def decide_far_ground(inputs):
         words = "switched off: rays that leave downwards carry nothing"
         return Effect(FAR_GROUND, False, "none", words, share_left_out(inputs))
     if not plan.reflections:
-        return Effect(
-            FAR_GROUND, False, "none", "it only shines by reflection, and nothing is reflected", 0.0, share=0.0
-        )
+        words = "it only shines by reflection, and nothing is reflected"
+        return Effect(FAR_GROUND, False, "none", words, 0.0, share=0.0)
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
     bound = share_left_out(inputs) if inputs.unshaded else None
@@ -221,11 +216,10 @@ def measure_reach(scene, patches):
     """
     corners = np.asarray(scene.vertices, float)[scene.triangles[: len(patches)]]
     ground, city = corners[patches.ground].reshape(-1, 3), corners[~patches.ground].reshape(-1, 3)
-    if not len(ground) or not len(city):
+    if not len(ground) or not len(city) or city[:, 2].max() <= np.median(ground[:, 2]):
         return 0.0
-    height = city[:, 2].max() - np.median(ground[:, 2])
     room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
-    return float(max(room.min(), 0.0) / height) if height > 0 else 0.0
+    return float(max(room.min(), 0.0) / (city[:, 2].max() - np.median(ground[:, 2])))
 
 
 def shade_at_edge(reach, suns):
@@ -242,11 +236,10 @@ def shade_at_edge(reach, suns):
     of_sky, of_sun : float
         Half of the light of suns below the row's edge.
     """
-    lowest = np.arctan2(1.0, reach)
-    of_sun = 0.0
-    if suns is not None and len(suns):
-        height = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
-        of_sun = height[suns.direction[:, 2] < np.sin(lowest)].sum() / height.sum() / 2 if height.any() else 0.0
+    lowest, of_sun = np.arctan2(1.0, reach), 0.0
+    if suns is not None:
+        light = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
+        of_sun = light[suns.direction[:, 2] < np.sin(lowest)].sum() / max(light.sum(), 1e-9) / 2
     return float((1 - np.cos(lowest)) / 2), float(of_sun)
 
 
@@ -264,12 +257,12 @@ def decide_perez(inputs):
     if inputs.weather is not None and counted.any():
         normal, _ = planes_of(surfaces, np.flatnonzero(counted))
         change = change_unshaded(inputs.weather, normal, inputs.request.ground_albedo)
-    words = (
-        f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %" if len(change) else ""
-    )
-    counts = sky == "auto" and area > 0
-    if sky == PEREZ or counts if asked is None else asked:
-        reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
+    words = ""
+    if len(change):
+        words = f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %"
+    by_scene = sky == "auto" and asked is None
+    if asked or (asked is None and (sky == PEREZ or (by_scene and area > 0))):
+        reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"
         inputs.plan.sky = PEREZ
         if inputs.weather is not None and inputs.plan.receivers is not None:  # else all surfaces get all rays
             # Rays of a replicate, as a power of two no larger: further rounds go on in such steps.
@@ -277,7 +270,7 @@ def decide_perez(inputs):
             inputs.plan.rays_share = min(choose_share(split_sky(inputs.weather, PEREZ)), max(RAYS_SHARE, rays))
         extent = f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of the dome"
         return Effect(PEREZ, True, extent, reason + words, 0.0)
-    reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
+    reason = "no inclined surface counts" if by_scene else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(PEREZ, False, "isotropic sky", reason + words, bound)
 

@@ -41,10 +41,8 @@ def find_unobstructed(patches, vertices):
     parts = [(numbers >> shift & (2 * HALF_RANGE - 1)) - HALF_RANGE for shift in (2 * NORMAL_BITS, NORMAL_BITS, 0)]
     normals = np.stack(parts, axis=1) / NORMAL_STEPS  # (k, 3) float64, each once
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
-    reach = np.empty(len(normals))
-    step = max(1, 10_000_000 // len(outermost))
-    for first in range(0, len(normals), step):
-        reach[first : first + step] = (normals[first : first + step] @ outermost.T).max(axis=1)
+    slices = np.array_split(normals, len(normals) * len(outermost) // 10_000_000 + 1)
+    reach = np.concatenate([(part @ outermost.T).max(axis=1) for part in slices])
     own = np.einsum("ij,ij->i", normals[which], patches.corner.astype(float))
     slack = 2 * patches.offset + 1e-6 * np.abs(own)
     # Extent along each normal of the patches that face the opposite way: a floor lies on such ground.

@@ -9,6 +9,7 @@ meets stays out of the matrix of form factors.
 import numpy as np
 
 from ..city.scene import FAR, OWN
+from ..settings.errors import count_of
 from .closed_form import find_unobstructed
 from .effect import Effect
 
@@ -168,12 +169,10 @@ def decide_reflections(inputs):
     if not inputs.asked(REFLECTIONS, count != 0):
         inputs.plan.max_bounces = 0
         return Effect(REFLECTIONS, False, NO_BOUNCE, "switched off", bound_beyond(0, brightest))
+    inputs.plan.max_bounces = count or None
     if count:
-        words = f"{count} bounce{'s' if count != 1 else ''}"
-        inputs.plan.max_bounces = count
-        return Effect(REFLECTIONS, True, words, "as asked", bound_beyond(count, brightest))
+        return Effect(REFLECTIONS, True, count_of(count, "bounce"), "as asked", bound_beyond(count, brightest))
     words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
-    inputs.plan.max_bounces = None
     return Effect(REFLECTIONS, True, words, "the light that is still on its way tells", GROUP_LIMIT)
 
 
