@@ -8,7 +8,8 @@ from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampli
 from ..settings.progress import describe_duration
 from ..sun.solar_position import sun_direction
 from .refine import rounds_needed
-from .yield_errors import SAMPLED, SOURCES, quantile_by_area, seconds_of_rounds, split_errors
+from .sun_sampling import name_groups
+from .yield_errors import SAMPLED, SOURCES, seconds_of_rounds, split_errors
 
 WHAT = {  # source -> what its number is
     "sampling": "standard error: rays and shadow points, with the light that other surfaces pass on",
@@ -41,13 +42,11 @@ def budget_groups(transfer, weather, energy, bounces):
     errors = errors_of_energy(transfer, weather, energy)
     own, passed_on = errors.own, errors.passed_on
     area = np.asarray(transfer.surfaces.area, float)
-    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
-    far_ground = next(
-        (one for one in (transfer.record.effects if transfer.record else ()) if one["key"] == "far-ground"), None
-    )
+    names = name_groups(transfer.surfaces)
+    effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
     found, sky_model = {}, shares_of_sky_model(weather, energy.groups, transfer.ground_albedo)
     for name in energy.groups:
-        members = np.array([one == name for one in names]) & energy.eligible & np.isfinite(own)
+        members = (names == " ".join(name)) & energy.eligible & np.isfinite(own)
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
         share = {
@@ -55,7 +54,7 @@ def budget_groups(transfer, weather, energy, bounces):
             "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
             "cut_reflections": None if bounces is None else bounces / 100,
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
-            "far_ground": None if far_ground is None else far_ground["bound"],
+            "far_ground": effects.get("far-ground", {}).get("bound"),
             "sky_model": sky_model[name],
         }
         found[" ".join(name)] = {
@@ -77,11 +76,7 @@ def budget_surfaces(errors):
     """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of percent."""
 
     def of(without):
-        relative = errors.relative(without=without)
-        return {
-            "median": quantile_by_area(relative, errors.area, 0.5),
-            "at_95": quantile_by_area(relative, errors.area, 0.95),
-        }
+        return {"median": errors.at_share(without=without, share=0.5), "at_95": errors.at_share(without=without)}
 
     found = {source: of([other for other in SOURCES if other != source]) for source in SOURCES}
     return {**found, "all": of(())}

@@ -16,7 +16,8 @@ from ..light.prepare_scene import reseed
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky
-from .pilot import choose_pilot_suns, choose_square, trace_part, traced_patches
+from .pilot import choose_square, trace_part, traced_patches
+from .trace_run import choose_year
 
 TRACED = (  # effects that change the light
     *("trees", "sky-rays", "shadow-rays", "terrain-horizon", "receivers", "reflections", "reflectors", "far-ground"),
@@ -57,7 +58,7 @@ def measure_effects(inputs, progress=silent):
     inputs = replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
     states = {key: one for key in TRACED if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
     square, counted = choose_neighbourhood(inputs.prepared)
-    suns, found = choose_pilot_suns(inputs, SUNS), {key: [] for key in states}
+    suns, found = choose_year(inputs.weather, replace(request, suns=SUNS)), {key: [] for key in states}
     for pair in range(PAIRS):
         planned = trace_light(inputs, square, suns, pair)
         for done, (key, other) in enumerate(states.items(), start=pair * len(states)):

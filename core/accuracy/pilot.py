@@ -21,9 +21,8 @@ from ..photons.specular_light import trace_hybrid
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
 from ..sun.sky_models import choose_sky
-from ..sun.sun_sampling import choose_suns
-from ..sun.suns import progressive_order
 from .part_of_city import keep_patches
+from .trace_run import choose_year
 from .yield_errors import split_errors
 
 SMALL = 4_000  # patches of a small city
@@ -78,7 +77,7 @@ def run_pilot(inputs, progress=silent):
     Pilot
     """
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
-    suns = choose_pilot_suns(inputs, WAY)
+    suns = choose_year(weather, replace(request, suns=WAY))
     few = choose_square(inputs.prepared.scene, inputs.prepared.patches, traced, FEW)
     samples = SAMPLES if traced.sum() <= SMALL else LARGE
 
@@ -91,12 +90,6 @@ def run_pilot(inputs, progress=silent):
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
     return Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
-
-
-def choose_pilot_suns(inputs, way):
-    """Suns of the pilot's runs."""
-    weather = inputs.weather
-    return progressive_order(choose_suns(way, *weather.axis, position=weather.data))
 
 
 def trace_part(inputs, part, setting, suns, *, progress=silent):

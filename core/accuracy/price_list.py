@@ -6,7 +6,7 @@ the size of patches leaves falls with the square of their length.
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -57,10 +57,6 @@ class Price:
     largest: str | None  # source of the largest part of it
     bounces_left: float  # [%] of all light that further reflections would add, about
 
-    def as_dict(self):
-        """Plain types by name."""
-        return {**vars(self), "knobs": vars(self.knobs)}
-
 
 @dataclass
 class PriceList:
@@ -91,11 +87,8 @@ class PricedCity:
         counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
         run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts)
         processor = knobs.rounds * self.pilot.run.predict_seconds(run)
-        return (
-            processor * self.pilot.run.pace,
-            processor,
-            8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING,
-        )
+        writing = 8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING
+        return processor * self.pilot.run.pace, processor, writing
 
     def predict_errors(self, knobs):
         """YieldErrors of the city's surfaces with other settings."""
@@ -141,12 +134,6 @@ class PricedCity:
             found *= 1 + long.sum(axis=1)
             edges /= 2
         return np.where(own < 0, ground, found)
-
-    def left_by_bounces(self, bounces):
-        """Share of the light that reflections after so many would add, about: it falls by the same factor each time."""
-        run = self.pilot.run
-        factor = min(run.last_bounce ** (1 / run.bounces), 0.99) if run.bounces else 0.0
-        return factor ** (bounces + 1) / (1 - factor)
 
 
 def price_city(inputs, ways, progress=silent):
@@ -206,7 +193,9 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     ways = list(dict.fromkeys([request.suns, *WAYS]))
     city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
     fixed = reading + preparing + city.checking + city.pilot.electricity
-    own = city.knobs_of(request, request.suns)
+    own, run = city.knobs_of(request, request.suns), city.pilot.run
+    # The share of reflected light falls by the same factor each time.
+    factor = min(run.last_bounce ** (1 / run.bounces), 0.99) if run.bounces else 0.0
 
     def price(name, **changes):
         if "way" in changes:
@@ -215,7 +204,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         errors = city.predict_errors(knobs)
         wall, processor, writing = city.predict_seconds(knobs)
         parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
-        left = 100 * city.left_by_bounces(knobs.bounces)
+        left = 100 * factor ** (knobs.bounces + 1) / (1 - factor)
         return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
     default = Request()  # a preset stands for the program's defaults where it names nothing
@@ -257,9 +246,4 @@ def describe_prices(listed):
 
 def price_as_dict(listed):
     """The list in plain types."""
-    return {
-        **{name: getattr(listed, name) for name in ("patches", "pilot_seconds", "fixed")},
-        "sources": SOURCES,
-        "prices": [one.as_dict() for one in listed.prices],
-        "unit": "s, percent of full load hours",
-    }
+    return asdict(listed) | {"sources": SOURCES, "unit": "s, percent of full load hours"}

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import bisect
 
 from ..light.rounds import Round
 from ..settings.progress import CancelledError, describe_duration
@@ -188,13 +189,10 @@ def rounds_needed(errors, target):
         return 1.0
     if errors.at_share(without=SAMPLED) >= target:
         return np.inf
-    least, most = 1.0, 2.0
+    most = 2.0
     while errors.at_share(more=most) > target:
-        least, most = most, 2 * most
-    for _ in range(30):
-        middle = (least + most) / 2
-        least, most = (middle, most) if errors.at_share(more=middle) > target else (least, middle)
-    return most
+        most *= 2
+    return bisect(lambda more: errors.at_share(more=more) - target, most / 2, most)
 
 
 def describe_round(errors, goal, each, record, stop):

@@ -1,6 +1,6 @@
 """Errors of the full load hours of single surfaces, apart by their source, and what would halve them."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -44,12 +44,6 @@ class YieldErrors:
     def at_share(self, more=1.0, without=(), share=SHARE):
         """Error [%] that this share of the area stays within; NaN if no surface counts."""
         return quantile_by_area(self.relative(more, without), self.area, share)
-
-    def take(self, chosen):
-        """Those of some of the surfaces, (e,) bool."""
-        variance = {name: part[chosen] for name, part in self.variance.items()}
-        parts = {"hours": self.hours[chosen], "area": self.area[chosen], "rows": self.rows[chosen]}
-        return replace(self, variance=variance, **parts)
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
