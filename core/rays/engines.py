@@ -119,14 +119,6 @@ def build_tree(library, device, vertices, triangles):
     return scene
 
 
-def address_of(library, name):
-    """Address of a C function."""
-    try:
-        return ctypes.cast(getattr(library, name), POINTER).value
-    except AttributeError as error:
-        raise LibraryError(f"the library has no {name}") from error
-
-
 class PacketTree:
     """Embree's BVH over triangles, traced in packets. Methods as in `RayScene`, without input checks.
 
@@ -149,9 +141,10 @@ class PacketTree:
         self._scene = build_tree(self._library, device, self._vertices, self._triangles)
         # Shadow rays of a packet are coherent, hemisphere rays are not.
         self._arguments = Arguments(feature_mask=-1), Arguments(flags=COHERENT, feature_mask=-1)
-        incoherent, coherent = map(ctypes.addressof, self._arguments)
-        self._closest = (address_of(self._library, f"rtcIntersect{self._width}"), self._scene, incoherent, self._width)
-        self._blocked = (address_of(self._library, f"rtcOccluded{self._width}"), self._scene, coherent, self._width)
+        self._closest, self._blocked = (
+            (ctypes.cast(self._library[name + str(self._width)], POINTER).value, self._scene, how, self._width)
+            for name, how in zip(("rtcIntersect", "rtcOccluded"), map(ctypes.addressof, self._arguments), strict=True)
+        )
 
     def __del__(self):
         if getattr(self, "_scene", None):

@@ -100,24 +100,15 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
             # The origins stay in the packet; only the direction changes from sun to sun.
             load_origins(packet, width, position[patch : patch + members, first : first + lanes])
             traced = min(lanes, point_count - first)
-            for lane in range(width):
-                valid[lane] = -1 if lane < traced else 0
             for sun in range(len(directions)):
-                if together == 1:
-                    if not wanted[patch, sun]:
-                        continue
-                elif not choose_lanes(valid, wanted[patch : patch + members, sun], traced):
+                if not choose_lanes(valid, wanted[patch : patch + members, sun], traced):
                     continue
                 for place in range(3 * width):
                     towards[place] = directions[sun, place]
                 for lane in range(width):
                     far[lane] = np.inf
                 call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                if together == 1:
-                    for lane in range(traced):
-                        free[patch, sun, first + lane] = far[lane] > 0
-                else:
-                    read_free(far, valid, free[patch : patch + members, sun, first : first + lanes])
+                read_free(far, valid, free[patch : patch + members, sun, first : first + traced])
 
 
 @njit(nogil=True, cache=True)
