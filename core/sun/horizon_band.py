@@ -157,12 +157,8 @@ def visible_height(slope, cosine):
     cosine : (...) float
         Of the azimuth from its normal, not negative.
     """
-    # In front where n_h cos φ cos e + n_z sin e > 0.
-    leaning = slope > 0
-    if not np.any(leaning):
-        return np.full(np.broadcast(slope, cosine).shape, HEIGHT, np.float32)
-    plane = np.arctan(np.divide(cosine, slope, out=np.ones(np.broadcast(slope, cosine).shape), where=leaning))
-    return np.where(leaning, np.minimum(plane, HEIGHT), HEIGHT).astype(np.float32)
+    # In front where n_h cos φ cos e + n_z sin e > 0: all of it where the surface leans backward, past π/2.
+    return np.minimum(np.arctan2(cosine, slope), HEIGHT).astype(np.float32)
 
 
 def by_normal(function, normal, decimals):

@@ -178,11 +178,10 @@ def read_horizon_table(path):
 
 def angles_of_text(path, text):
     """Azimuths from north and elevations of a text."""
-    rows, lines, header = [], [], ""
+    rows, header = [], ""
     for number, line in enumerate(text.splitlines(), start=1):
-        fields = [field for field in re.split(r"[,;\s]+", line.strip()) if field]
         try:
-            values = [float(field) for field in fields]
+            values = [float(field) for field in re.split(r"[,;\s]+", line.strip()) if field]
         except ValueError:
             if rows and OF_PVGIS.match(header):
                 break  # PVGIS explains its columns below them
@@ -190,19 +189,15 @@ def angles_of_text(path, text):
                 raise InputError(f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE) from None
             header = line
             continue
-        if values:
-            rows.append(values)
-            lines.append(number)
-    widths = {len(row) for row in rows}
-    if OF_PVGIS.match(header) and rows and min(widths) >= 2:
-        return np.array([row[0] + 180 for row in rows]), np.array([row[1] for row in rows])
-    if widths == {2}:
-        first, second = np.array(rows).T
-        return (second, first) if ELEVATION_FIRST.match(header) else (first, second)
-    if rows and (widths == {1} or len(rows) == 1):
-        values = np.array([value for row in rows for value in row])
+        if values and rows and len(values) != len(rows[0]):
+            raise InputError(f"{path}:{number}", "has more or fewer columns than the lines before", CURE)
+        rows += [values] if values else []
+    columns = np.array(rows).T
+    if OF_PVGIS.match(header) and len(columns) >= 2:
+        return columns[0] + 180, columns[1]
+    if len(columns) == 2:
+        return columns[::-1] if ELEVATION_FIRST.match(header) else columns
+    if len(columns) == 1 or len(rows) == 1:
+        values = columns.ravel()
         return np.arange(len(values)) * (360.0 / len(values)), values
-    other = next((line for line, row in zip(lines, rows, strict=True) if len(row) != len(rows[0])), None)
-    if other is None:
-        raise InputError(path, "has neither two columns nor one", CURE)
-    raise InputError(f"{path}:{other}", "has more or fewer columns than the lines before", CURE)
+    raise InputError(path, "has neither two columns nor one", CURE)

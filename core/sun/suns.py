@@ -95,7 +95,7 @@ def progressive_order(suns):
         height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
         radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
         walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
-        order = order_of_visits(KDTree(suns.direction).query(walk)[1], len(suns))
+        order = pd.unique(np.append(KDTree(suns.direction).query(walk)[1], np.arange(len(suns))))
     else:
         order = order_days(suns)
     return replace(suns, **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")})
@@ -113,14 +113,8 @@ def order_days(suns):
     steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
     visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
     rank = np.empty(len(line), int)
-    rank[line[order_of_visits(visited, len(line))]] = np.arange(len(line))
+    rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
     return np.argsort(rank[number], kind="stable")
-
-
-def order_of_visits(visited, count):
-    """Indices 0 to count-1 in the order of the first visit; those never visited come last: (count,) int."""
-    found, first = np.unique(visited, return_index=True)
-    return np.concatenate([found[np.argsort(first)], np.setdiff1d(np.arange(count), found)])
 
 
 def end_of_days(suns):
