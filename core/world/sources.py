@@ -203,16 +203,14 @@ def grid_source(grid, places, picked, request, years=None):
             if data is None:
                 found.append((None, NOTHING))
                 continue
-            latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
+            place = latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
             source = f"{grid.source} at {latitude:g}°, {longitude:g}°"
-            record = Record(
-                keep_years(data, years), latitude, longitude, look_up_altitude(latitude, longitude), source, ""
-            )
+            record = Record(keep_years(data, years), *place, look_up_altitude(*place), source, "")
             interval = check_weather(record)
             key = (len(record.data), record.data.index[0])
             if key not in suns:
                 suns[key] = geocentric_sun(record.data.index, interval)
-            own = sun_of_place(suns[key], latitude, longitude)
+            own = sun_of_place(suns[key], *place)
             if not checked and abs(latitude) <= nearest:
                 checked.append(one)  # the first place stands for the files: the check takes longer than a place
                 try:

@@ -67,7 +67,7 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     direct, scattered, beam, low, caught_low, effective, total = np.zeros((7, count), np.float32)
     for hour in range(len(light)):
         sunward, dome = light[hour, 0], light[hour, 1]
-        direct[:], beam[:], scattered[:] = NONE, NONE, NONE
+        direct[:], beam[:], scattered[:], low[:], caught_low[:] = NONE, NONE, NONE, NONE, NONE
         if sunward > NONE:
             for node in range(index.shape[1]):
                 add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
@@ -115,12 +115,6 @@ def add_source(number, light, sources, iam, sums):
     low, caught, scattered = sums
     view = views[0, number] if light > NONE else views[1, number]
     back = reflected[number]
-    if not number:  # written, not added: one pass less than to clear them
-        for i in range(len(low)):
-            low[i] = light * view[i]
-            caught[i] = low[i] * iam[i]
-            scattered[i] += light * back[i]
-        return
     for i in range(len(low)):
         low[i] += light * view[i]
         caught[i] += light * view[i] * iam[i]
