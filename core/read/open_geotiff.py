@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pyproj
 from numba import njit
-from pyproj.exceptions import CRSError
 
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
 PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
@@ -40,10 +39,6 @@ class Raster:
     read_cells: Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
 
 
-class UnreadError(Exception):
-    """A GeoTIFF of a kind, or in a system, that is not read here."""
-
-
 def crs_of_keys(keys):
     """Coordinate reference system of a GeoTIFF.
 
@@ -61,7 +56,8 @@ def crs_of_keys(keys):
 
     Raises
     ------
-    UnreadError
+    NotImplementedError, pyproj.exceptions.CRSError
+        It has no code of EPSG, or an unknown one.
     """
     model = int(keys.get("GTModelTypeGeoKey", 0))
     name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
@@ -71,27 +67,14 @@ def crs_of_keys(keys):
     code = int(keys.get(name, USER_DEFINED))
     vertical = int(keys.get("VerticalCSTypeGeoKey", USER_DEFINED))
     if code in (0, USER_DEFINED):
-        raise UnreadError("its coordinate reference system has no EPSG code")
-    system = read_code(code)
+        raise NotImplementedError("its coordinate reference system has no EPSG code")
+    system = pyproj.CRS.from_epsg(code)
     given = UNITS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)), ("", None))[1]
     if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
-        raise UnreadError(f"its unit of length is not that of EPSG:{code}")
-    if 0 < vertical < USER_DEFINED and not unit and read_code(vertical).is_vertical:
-        system = read_code(f"{code}+{vertical}")
+        raise NotImplementedError(f"its unit of length is not that of EPSG:{code}")
+    if 0 < vertical < USER_DEFINED and not unit and pyproj.CRS.from_epsg(vertical).is_vertical:
+        system = pyproj.CRS.from_user_input(f"EPSG:{code}+{vertical}")
     return system.to_wkt(), unit
-
-
-def read_code(code):
-    """A system of EPSG.
-
-    Raises
-    ------
-    UnreadError
-    """
-    try:
-        return pyproj.CRS.from_user_input(f"EPSG:{code}")
-    except CRSError as error:
-        raise UnreadError(f"its coordinate reference system EPSG:{code} is not known") from error
 
 
 def open_geotiff(path, file):
@@ -109,17 +92,17 @@ def open_geotiff(path, file):
 
     Raises
     ------
-    UnreadError
-        Compressed in another way, or in a system without a number.
+    NotImplementedError, pyproj.exceptions.CRSError
+        Compressed in another way, or in a system without a known number.
     ValueError, KeyError, IndexError, TypeError
         Damaged.
     """
     page = file.pages[0]
     kind = page.dtype
     if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
-        raise UnreadError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
+        raise NotImplementedError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
-        raise UnreadError(f"has values of {page.bitspersample} bits")
+        raise NotImplementedError(f"has values of {page.bitspersample} bits")
     keys = page.geotiff_tags or {}
     crs, unit = crs_of_keys(keys)
     # Scale, offset and unit of the first band, as GDAL writes them.
@@ -127,77 +110,49 @@ def open_geotiff(path, file):
     role = r'<Item\b[^>]*\bsample="0"[^>]*\brole="(scale|offset|unittype)"[^>]*>([^<]*)<'
     told = {"scale": 1.0, "offset": 0.0, "unittype": ""} | dict(re.findall(role, words))
     scale, offset = float(told["scale"]), float(told["offset"])
-    blocks = Blocks(file, page)
-    gap = read_gap(page)
+    gap = None
+    if NO_DATA in page.tags:
+        gap = float(str(page.tags[NO_DATA].value).strip(" \0").replace(",", "."))
+        gap = float(kind.type(gap)) if kind.kind == "f" else gap
+    rows, columns = page.chunks[:2]
+    across, down = -(-page.imagewidth // columns), -(-page.imagelength // rows)
+    if min(len(page.dataoffsets), len(page.databytecounts)) < across * down:
+        raise ValueError(f"{len(page.dataoffsets)} of {across * down} strips or tiles")
 
-    def read_cells(*window):
-        cells = blocks.read(*window)
-        values = cells.astype(float)
+    def read_cells(first, last, west, east):
+        bands, top, left = [], first // rows, west // columns
+        for row in range(top, -(-last // rows)):
+            numbers = range(row * across + left, row * across - (-east // columns))
+            band = np.hstack([read_block(page, number, gap or 0.0) for number in numbers])
+            bands.append(band[:, west - left * columns : east - left * columns].astype(float))
+        values = np.vstack(bands)[first - top * rows : last - top * rows]
         if gap is not None:
-            values[cells == gap if cells.dtype.kind != "f" else values == float(cells.dtype.type(gap))] = np.nan
+            values[values == gap] = np.nan
         return values * scale + offset
 
-    size = int(np.prod(blocks.shape)) * kind.itemsize
+    size = rows * columns * samples_of(page) * kind.itemsize
     matrix = matrix_of_page(page, keys, Path(path))
     unit = told["unittype"] or unit
-    return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, blocks.shape[0], read_cells)
+    return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells)
 
 
-class Blocks:
-    """Strips or tiles of one image."""
-
-    def __init__(self, file, page):
-        self.file, self.page = file, page
-        rows, columns = page.chunks[:2]
-        apart = page.planarconfig == 2  # the samples of a cell lie apart: those of the first are read
-        self.shape = rows, columns, 1 if apart else page.samplesperpixel
-        self.across = -(-page.imagewidth // columns)
-        self.kind = page.dtype.newbyteorder(file.byteorder)
-        count = self.across * -(-page.imagelength // rows)
-        if min(len(page.dataoffsets), len(page.databytecounts)) < count:
-            raise ValueError(f"{len(page.dataoffsets)} of {count} strips or tiles")
-
-    def read(self, first, last, west, east):
-        """Cells of the rows `first` to `last` and columns `west` to `east`, as stored: (r, c) array."""
-        rows, columns, _ = self.shape
-        cells = np.full((last - first, east - west), read_gap(self.page) or 0, self.page.dtype)
-        for down in range(first // rows, -(-last // rows)):
-            for right in range(west // columns, -(-east // columns)):
-                block = self.read_block(down, right)
-                if block is None:
-                    continue
-                top, left = down * rows, right * columns
-                inside = block[max(first - top, 0) : last - top, max(west - left, 0) : east - left]
-                target = max(top, first) - first, max(left, west) - west
-                cells[target[0] : target[0] + inside.shape[0], target[1] : target[1] + inside.shape[1]] = inside
-        return cells
-
-    def read_block(self, down, right):
-        """One strip or tile: (rows, columns) array of its first sample; None if the file leaves it out."""
-        page, number = self.page, down * self.across + right
-        offset, count = page.dataoffsets[number], page.databytecounts[number]
-        if count == 0:
-            return None
-        rows, columns, samples = self.shape
-        if not page.is_tiled:
-            rows = min(rows, page.imagelength - down * rows)
-        self.file.filehandle.seek(offset)
-        packed = self.file.filehandle.read(count)
-        shape = rows, columns, samples
-        return unpack_segment(packed, int(page.compression), int(page.predictor), shape, self.kind)[..., 0]
+def samples_of(page):
+    """Samples that lie side by side in a cell; where they lie apart only those of the first are read."""
+    return 1 if page.planarconfig == 2 else page.samplesperpixel
 
 
-def read_gap(page):
-    """Value that marks gaps, as GDAL writes it: a number, or None."""
-    tag = page.tags.get(NO_DATA)
-    if tag is None:
-        return None
-    words = str(tag.value).strip(" \0")
-    number = float(words.replace(",", "."))
-    if page.dtype.kind == "f":
-        return number
-    limits = np.iinfo(page.dtype)
-    return int(number) if number == round(number) and limits.min <= number <= limits.max else None
+def read_block(page, number, absent):
+    """One strip or tile, (rows, columns) array of its first sample; a value everywhere if the file leaves it out."""
+    file, (rows, columns) = page.parent, page.chunks[:2]
+    if not page.is_tiled:
+        rows = min(rows, page.imagelength - number * rows)
+    offset, count = page.dataoffsets[number], page.databytecounts[number]
+    if count == 0:
+        return np.full((rows, columns), absent)
+    file.filehandle.seek(offset)
+    packed, kind = file.filehandle.read(count), page.dtype.newbyteorder(file.byteorder)
+    shape = rows, columns, samples_of(page)
+    return unpack_segment(packed, int(page.compression), int(page.predictor), shape, kind)[..., 0]
 
 
 def matrix_of_page(page, keys, path):
@@ -205,12 +160,12 @@ def matrix_of_page(page, keys, path):
 
     The identity if there is none at all.
     """
-    whole, size, point = (page.tags.get(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT))
+    whole, size, point = (page.tags.valueof(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT))
     if whole is not None:
-        matrix = np.array(whole.value, float).reshape(4, 4)[:2][:, [0, 1, 3]]
+        matrix = np.array(whole, float).reshape(4, 4)[:2][:, [0, 1, 3]]
     elif size is not None and point is not None:
-        x, y = float(size.value[0]), -float(size.value[1])
-        column, row, _, east, north, _ = np.array(point.value[:6], float)
+        x, y = float(size[0]), -float(size[1])
+        column, row, _, east, north, _ = np.array(point[:6], float)
         matrix = np.array([[x, 0.0, east - column * x], [0.0, y, north - row * y]])
     else:
         beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
@@ -299,8 +254,19 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     ValueError, zlib.error
         The bytes are damaged or too few.
     """
-    size = int(np.prod(shape)) * kind.itemsize
-    data = unpack_bytes(packed, compression, size)
+    import tifffile  # imported late: few runs need it
+
+    size, data = int(np.prod(shape)) * kind.itemsize, packed
+    if compression == LZW:
+        unpacked = np.empty(size, np.uint8)
+        count = unpack_lzw(np.frombuffer(packed, np.uint8), unpacked)
+        if count < 0:
+            raise ValueError("LZW codes are damaged")
+        data = unpacked[:count]
+    elif compression in (DEFLATE, OLD_DEFLATE):
+        data = zlib.decompressobj().decompress(packed, size)
+    elif compression == PACKBITS:
+        data = tifffile.TIFF.DECOMPRESSORS[PACKBITS](packed)
     if len(data) < size:
         raise ValueError(f"a strip or tile has {len(data)} of {size} bytes")
     data = np.frombuffer(data, np.uint8, size)
@@ -314,30 +280,3 @@ def unpack_segment(packed, compression, predictor, shape, kind):
         values = data.view(whole.newbyteorder(kind.byteorder)).reshape(shape)
         return np.cumsum(values, axis=1, dtype=whole).view(kind.newbyteorder("="))
     return data.view(kind).reshape(shape)
-
-
-def unpack_bytes(packed, compression, size):
-    """Bytes of a strip or tile, no more than a size."""
-    if compression == LZW:
-        data = np.empty(size, np.uint8)
-        count = unpack_lzw(np.frombuffer(packed, np.uint8), data)
-        if count < 0:
-            raise ValueError("LZW codes are damaged")
-        return data[:count].tobytes()
-    if compression in (DEFLATE, OLD_DEFLATE):
-        return zlib.decompressobj().decompress(packed, size)
-    return unpack_runs(packed, size) if compression == PACKBITS else packed
-
-
-def unpack_runs(packed, size):
-    """Bytes of PackBits (TIFF 6.0, section 9)."""
-    data, place = bytearray(), 0
-    while place + 1 < len(packed) and len(data) < size:
-        count = packed[place]
-        if count < 128:
-            data += packed[place + 1 : place + 2 + count]
-            place += 2 + count
-        else:
-            data += packed[place + 1 : place + 2] * (257 - count if count > 128 else 0)
-            place += 2 if count > 128 else 1
-    return bytes(data[:size])

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pyproj
+from pyproj.exceptions import CRSError
 from scipy import sparse
 
 from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
-from .open_geotiff import Raster, UnreadError, open_geotiff
+from .open_geotiff import Raster, open_geotiff
 from .open_input import open_input, open_text
 
 LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
@@ -135,9 +136,9 @@ def _open(path, stack):
 
     try:
         return open_geotiff(path, stack.enter_context(tifffile.TiffFile(content)))
-    except UnreadError as reason:
+    except (NotImplementedError, CRSError) as reason:
         if importlib.util.find_spec("rasterio") is None:
-            raise InputError(path, str(reason), CURE) from reason
+            raise InputError(path, " ".join(str(reason).split()), CURE) from reason
         return open_with_rasterio(path, content, stack)
 
 
@@ -158,16 +159,10 @@ def open_with_rasterio(path, content, stack):
     import rasterio
     from rasterio.windows import Window
 
-    try:
-        dataset = stack.enter_context(rasterio.open(content))
-    except rasterio.errors.RasterioError as error:
-        raise ValueError(str(error)) from error
+    dataset = stack.enter_context(rasterio.open(content))
 
     def read_cells(top, bottom, left, right):
-        try:
-            cells = dataset.read(1, window=Window(left, top, right - left, bottom - top), masked=True)
-        except rasterio.errors.RasterioError as error:
-            raise ValueError(str(error)) from error
+        cells = dataset.read(1, window=Window(left, top, right - left, bottom - top), masked=True)
         return cells.astype(float).filled(np.nan) * dataset.scales[0] + dataset.offsets[0]
 
     rows, columns = dataset.block_shapes[0]
