@@ -45,7 +45,10 @@ def collect_tree(element, content):
             tree.evergreen = is_evergreen(child.text)
         elif child.get("name") == DENSITY:
             set_number(tree, "area_density", DENSITY, child.findtext("{*}value"))
-    tree.place = read_place(element)
+    places = ("{*}referencePoint//{*}pos", "{*}Point/{*}pos")
+    points = [read_numbers([found]) for path in places for found in element.iterfind(f".//{path}")]
+    known = (point for point in points if point is not None and len(point) == 3 and np.isfinite(point).all())
+    tree.place = next(known, None)
     content.trees.append(tree)
 
 
@@ -75,16 +78,6 @@ def set_number(tree, field, word, text, unit=None):
 def is_evergreen(text):
     """Whether a class of plants keeps its leaves."""
     return any(word in str(text or "").lower() for word in EVERGREEN)
-
-
-def read_place(element):
-    """Reference point or point geometry of a tree: (3,) float64, or None."""
-    for path in ("{*}referencePoint//{*}pos", "{*}Point/{*}pos"):
-        for found in element.iterfind(f".//{path}"):
-            numbers = read_numbers([found])
-            if numbers is not None and len(numbers) == 3 and np.isfinite(numbers).all():
-                return numbers
-    return None
 
 
 def finish_trees(content):

@@ -17,7 +17,6 @@ from ..settings.progress import silent
 from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters
-LARGEST = 2**24  # bytes of a decompressed library; a material takes some hundred
 MOST_LIBRARIES = 16  # per OBJ file; one is usual
 ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
@@ -207,16 +206,10 @@ def read_mtl(path, notes):
     Raises
     ------
     InputError
-        The file cannot be read, or is too large.
+        The file cannot be read, or is not text.
     """
-    with open_input(path) as stream:
-        data = stream.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise InputError(path, f"larger than {LARGEST // 2**20} MiB", "give a smaller library")
-    text = data.decode(BYTE_ORDERS.get(data[:2], "utf-8-sig"), errors="replace")
     colours, textured, wrong, name = {}, set(), {}, None
-    for line, row in enumerate(text.split("\n"), start=1):
-        keyword, *words = row.split() or [""]
+    for line, (keyword, *words) in _statements(path, ignore_share):
         if keyword == "newmtl":
             name = clean_name(" ".join(words))
             colours.setdefault(name, None)

@@ -74,27 +74,18 @@ def collect_json_relief(one, name, vertices, content):
         except ValueError as error:
             content.skip(str(error), name)
             continue
-        polygons = []
+        rings_of = []
         for number, surface in enumerate(surfaces):
             rings, problem = read_rings(surface.rings, vertices)
             if problem or min(map(len, rings)) < 4:  # each ring ends where it begins
                 content.skip(problem or BAD_TRIANGLE, f"{name}, surface {number + 1}")
             else:
-                polygons.append([ring[:-1] for ring in rings])
-        content.relief.add(read_lod(geometry), _cut(polygons).ravel())
-
-
-def _cut(polygons):
-    """Corners of the triangles of some polygons, (t, 3, 3); a triangle stays one."""
-    whole = [rings[0] for rings in polygons if len(rings) == 1 and len(rings[0]) == 3]
-    others = [rings for rings in polygons if len(rings) > 1 or len(rings[0]) > 3]
-    corners = np.array(whole).reshape(-1, 3, 3)
-    if not others:
-        return corners
-    rings = [ring for polygon in others for ring in polygon]
-    points = np.concatenate(rings)
-    triangles, _ = triangulate(points, np.cumsum([0, *map(len, rings)]), np.cumsum([0, *map(len, others)]))
-    return np.concatenate([corners, points[triangles]])
+                rings_of.append([ring[:-1] for ring in rings])
+        if rings_of:
+            flat = [ring for rings in rings_of for ring in rings]
+            starts, points = np.cumsum([0, *map(len, rings_of)]), np.concatenate(flat)
+            triangles, _ = triangulate(points, np.cumsum([0, *map(len, flat)]), starts)
+            content.relief.add(read_lod(geometry), points[triangles].ravel())
 
 
 def relief_layers(relief):

@@ -128,31 +128,31 @@ def walk_boundaries(geometry):
         The boundaries are not nested as the type requires.
     """
     depth, semantics = DEPTHS[geometry["type"]], geometry.get("semantics")
-    found = list(_walk(geometry.get("boundaries"), depth))
-    values, kinds, matching = None, [], semantics is None
-    if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list):
-        values, kinds = semantics.get("values"), semantics["surfaces"]
-        matching = _nested_alike(values, geometry["boundaries"], depth)
-    leaves = [] if matching else _leaves(values)
-    if len(leaves) != len(found):  # else nested differently, but one per surface: their order is clear
-        leaves = [_find_value(values, place) for _, place in found]
-    known = [type(leaf) is int and 0 <= leaf < len(kinds) and isinstance(kinds[leaf], dict) for leaf in leaves]
+    known = semantics if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list) else {}
+    values, kinds = known.get("values"), known.get("surfaces", [])
+    found = list(_walk(geometry.get("boundaries"), values, depth))
+    matching = (semantics is None or bool(known)) and _nested_alike(values, geometry["boundaries"], depth)
+    leaves = [leaf for _, leaf, _ in found]
+    if not matching and len(ordered := _leaves(values)) == len(found):
+        leaves = ordered  # nested differently, but one per surface: their order is clear
+    sound = [type(leaf) is int and 0 <= leaf < len(kinds) and isinstance(kinds[leaf], dict) for leaf in leaves]
     surfaces = [
-        Surface(rings, kinds[leaf] if sound else {}, depth > 0 and place[-2] > 0)
-        for (rings, place), leaf, sound in zip(found, leaves, known, strict=True)
+        Surface(rings, kinds[leaf] if good else {}, inner)
+        for (rings, _, inner), leaf, good in zip(found, leaves, sound, strict=True)
     ]
-    return surfaces, matching and all(sound or leaf is None for sound, leaf in zip(known, leaves, strict=True))
+    return surfaces, matching and all(good or leaf is None for good, leaf in zip(sound, leaves, strict=True))
 
 
-def _walk(boundaries, depth, place=()):
-    """Each surface, and its place in the nested lists."""
+def _walk(boundaries, values, depth, inner=False):
+    """Each surface, the value at its place in lists of values or None, and whether its shell is an inner one."""
     if not isinstance(boundaries, list):
         raise ValueError("boundaries not nested as required by the geometry type")
     for k, below in enumerate(boundaries):
+        value = values[k] if isinstance(values, list) and k < len(values) else None
         if depth:
-            yield from _walk(below, depth - 1, (*place, k))
+            yield from _walk(below, value, depth - 1, k > 0)
         else:
-            yield below, (*place, k)
+            yield below, value, inner
 
 
 def _nested_alike(values, boundaries, depth):
@@ -161,13 +161,6 @@ def _nested_alike(values, boundaries, depth):
         return not isinstance(values, list)
     alike = isinstance(values, list) and len(values) == len(boundaries)
     return values is None or (alike and all(map(_nested_alike, values, boundaries, repeat(depth - 1))))
-
-
-def _find_value(values, place):
-    """Value at a place in nested lists, None if there is none."""
-    for k in place:
-        values = values[k] if isinstance(values, list) and k < len(values) else None
-    return values
 
 
 def _leaves(values):
