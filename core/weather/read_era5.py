@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.io import netcdf_file
 
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError
@@ -24,11 +23,11 @@ NAMES = {
     "ws10": ("ws10", "si10", "10si", "10m_wind_speed"),
     "sp": ("sp", "surface_pressure"),
 }
-RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
+RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")  # in Wm⁻² where no unit is given
 # J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2.
 SPELLINGS = {"⁻": "-", "²": "2", "¹": "1", "**": "", "^": "", " ": "", ".": "", "·": ""}
 SPELLINGS |= {"/m2": "m-2", "/s": "s-1", "°C": "degC"}
-# Unit in that spelling -> factor and offset to ours, per interval for accumulated variables.
+# Unit in that spelling -> factor and offset to ours; to Jm⁻² per interval where it is not Wm⁻².
 UNITS = {
     "ssrd": {"Jm-2": (1.0, 0.0), "kJm-2": (1e3, 0.0), "Wm-2": (1.0, 0.0), "Whm-2": (3600.0, 0.0)},
     "t2m": {"K": (1.0, -273.15), "degC": (1.0, 0.0), "C": (1.0, 0.0), "celsius": (1.0, 0.0)},
@@ -72,12 +71,12 @@ def read_era5(paths, latitude, longitude, altitude, point):
     paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
     with ExitStack() as stack:
         files = [(path, file) for path in paths for file in list_files(path, stack)]
-        table, place, rates = read_files(files, latitude, longitude, point)
+        table, place = read_files(files, latitude, longitude, point)
     source, names = ", ".join(map(str, paths)), ", ".join(path.name for path in paths)
     check_variables(source, set(table))
     # The values are those of the grid; the sun is that of the requested place.
     label = f"ERA5 {names} ({point}: {place})"
-    return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label, columns=COLUMNS)
+    return Record(convert_era5(table), latitude, longitude, altitude, source, label, columns=COLUMNS)
 
 
 def check_variables(source, names):
@@ -120,43 +119,38 @@ def read_files(files, latitude, longitude, point):
         Of the files' variables in our units, indexed by stamps in UTC.
     place : GridPoint
         The values belong to.
-    rates : set of str
-        Variables that are means in Wm⁻², not sums.
     """
-    table, place, rates = None, None, set()
+    table, place = None, None
     for path, file in files:
         found = read_file(path, file, latitude, longitude, point)
         if found is None:
             continue
-        own, here, means = found
+        own, here = found
         if table is None:
-            table, place, rates = found
-            continue
+            table, place = found
         if max(abs(here.latitude - place.latitude), abs(here.longitude - place.longitude)) > SAME_PLACE:
             problem = f"its grid point {here} differs from {place} of the others"
             raise InputError(path, problem, "download all variables on the same grid")
-        if rates & set(own) != means & set(table):
-            raise InputError(path, "is in Wm⁻² while other files are in Jm⁻², or vice versa", "use one unit")
-        table, rates = table.combine_first(own), rates | means
+        table = table.combine_first(own)
     if table is None:
         raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
-    return table, place, rates
+    return table, place
 
 
 def read_file(path, file, latitude, longitude, point):
-    """Values of one NetCDF file at one place: table, place and rates as in `read_files`; None where it has none."""
+    """Values of one NetCDF file at one place: table and place as in `read_files`; None where it has none."""
     with ExitStack() as stack:
         found = open_file(path, file, stack)
         if found is None:
             return None
-        dataset, names, scales, rates = found
+        dataset, names, scales = found
         dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
         if "expver" in dataset.dims:
             dataset = merge_versions(dataset)
         times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
         values = {ours: dataset[name].to_numpy().astype(float) for ours, name in names.items()}
     scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
-    return pd.DataFrame(scaled, index=times), place, rates
+    return pd.DataFrame(scaled, index=times), place
 
 
 def open_file(path, file, stack):
@@ -177,18 +171,10 @@ def open_file(path, file, stack):
         Our name of each weather variable -> the file's.
     scales : dict of str to tuple of float
         Factor and offset to our unit.
-    rates : set of str
-        Variables that are means in Wm⁻², not sums.
 
     None instead where it has no weather variable.
     """
     try:
-        # Beyond the end of a truncated file in the classic format the NetCDF library reads zeros.
-        with file.open("rb") as stream:
-            if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
-                stream.seek(0)
-                classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
-                classic.variables.clear()
         dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
@@ -200,7 +186,9 @@ def open_file(path, file, stack):
     if not names:
         return None
     dataset = name_axes(path, dataset[list(names.values())], CURE)
-    scales, rates = {}, set()
+    steps, scales = np.diff(dataset["time"].to_numpy()), {}
+    # A file may hold one stamp, or one hour of each day; ERA5 has every hour.
+    interval = min(pd.Series(steps).mode().iloc[0], HOUR) if len(steps) else HOUR
     for ours, name in names.items():
         default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
         unit = dataset[name].attrs.get("units", default)
@@ -209,9 +197,10 @@ def open_file(path, file, stack):
         if unit not in UNITS[ours]:
             known = " or ".join(UNITS[ours])
             raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
-        scales[ours] = UNITS[ours][unit]
-        rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
-    return dataset, names, scales, rates
+        factor, offset = UNITS[ours][unit]
+        summed = ours in ACCUMULATED and unit != "Wm-2"
+        scales[ours] = factor / interval.total_seconds() if summed else factor, offset
+    return dataset, names, scales
 
 
 def merge_versions(dataset):
@@ -222,16 +211,14 @@ def merge_versions(dataset):
     return merged
 
 
-def convert_era5(table, rates=()):
+def convert_era5(table):
     """Irradiance, temperature and wind from ERA5's own variables.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        ssrd, fdir [Jm⁻² per interval, or Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the
+        ssrd, fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the
         interval.
-    rates : collection of str
-        Of ssrd and fdir those in Wm⁻².
 
     Returns
     -------
@@ -240,11 +227,10 @@ def convert_era5(table, rates=()):
     """
     steps = table.index[1:] - table.index[:-1]
     interval = steps.to_series().mode().iloc[0] if len(steps) else HOUR
-    seconds = {name: 1.0 if name in rates else interval.total_seconds() for name in ACCUMULATED}
     # Values are packed integers: at night slightly off zero, and fdir slightly above ssrd.
-    ghi, direct = (table[name] / seconds[name] for name in ACCUMULATED)
     wind = table["ws10"] if "ws10" in table else np.hypot(table["u10"], table["v10"])
-    data = pd.DataFrame({"ghi": ghi, "dhi": ghi - direct, "temp_air": table["t2m"], "wind_speed": wind})
+    data = pd.DataFrame({"ghi": table["ssrd"], "dhi": table["ssrd"] - table["fdir"]})
+    data = data.assign(temp_air=table["t2m"], wind_speed=wind)
     if "sp" in table:
         data["pressure"] = table["sp"]
     return data.set_axis(data.index - interval, axis=0)

@@ -23,7 +23,6 @@ class Era5Grid:
     longitude: np.ndarray  # (b,) ascending, from -180 to below 180 [°]
     rows: np.ndarray  # (a,) int, row in the files of each latitude
     columns: np.ndarray  # (b,) int
-    rates: set  # variables in Wm⁻²
     times: pd.DatetimeIndex  # (t,) stamps in UTC, of all files together
     stack: ExitStack  # closes the files
 
@@ -54,7 +53,7 @@ def open_era5_grid(paths):
                 files += [] if found is None else [(path, *found)]
         if not files:
             raise InputError(source, "no weather variable inside", CURE)
-        check_variables(source, {name for _, _, names, *_ in files for name in names})
+        check_variables(source, {name for _, _, names, _ in files for name in names})
         latitude, longitude = (files[0][1][name].to_numpy().astype(float) for name in ("latitude", "longitude"))
         for path, dataset, *_ in files[1:]:
             for name, expected in (("latitude", latitude), ("longitude", longitude)):
@@ -62,11 +61,6 @@ def open_era5_grid(paths):
                 if own.shape != expected.shape or np.abs(own - expected).max() > 10.0**-ROUNDING:
                     problem = f"its {name}s are not those of the other files"
                     raise InputError(path, problem, "download all on the same grid")
-        rates = set().union(*(one for *_, one in files))
-        mixed = sorted(name for name in rates if any(name in names and name not in own for *_, names, _, own in files))
-        if mixed:
-            problem = f"{', '.join(mixed)} in Wm⁻² in one file, in Jm⁻² in another"
-            raise InputError(source, problem, "use one unit")
         times = pd.DatetimeIndex(np.unique(np.concatenate([one["time"].to_numpy() for _, one, *_ in files])), tz="UTC")
     except BaseException:
         stack.close()
@@ -74,8 +68,7 @@ def open_era5_grid(paths):
     west = np.round((longitude + 180.0) % 360.0 - 180.0, ROUNDING)
     west, columns = np.unique(west, return_index=True)  # the same meridian may be there twice, as -180 and 180°
     rows = np.argsort(latitude, kind="stable")
-    opened = [one[:4] for one in files]
-    return Era5Grid(source, opened, np.round(latitude[rows], ROUNDING), west, rows, columns, rates, times, stack)
+    return Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns, times, stack)
 
 
 def read_block(grid, rows, columns):
@@ -111,7 +104,7 @@ def read_block(grid, rows, columns):
     return found
 
 
-def point_of_block(block, row, column, times, rates):
+def point_of_block(block, row, column, times):
     """Weather of one point of a block, as of `convert_era5`; None if it has no value at all of a needed variable.
 
     Returns
@@ -121,4 +114,4 @@ def point_of_block(block, row, column, times, rates):
     values = {name: array[:, row, column].astype(float) for name, array in block.items()}
     if any(np.isnan(values[name]).all() for name in NEEDED):
         return None
-    return convert_era5(pd.DataFrame(values, index=times), rates)
+    return convert_era5(pd.DataFrame(values, index=times))

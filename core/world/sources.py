@@ -199,7 +199,7 @@ def grid_source(grid, places, picked, request, years=None):
         block = read_block(grid, slice(rows[row], rows[row] + 1), columns[[one % width for one in chunk]])
         found = []
         for number, one in enumerate(chunk):
-            data = point_of_block(block, 0, number, grid.times, grid.rates)
+            data = point_of_block(block, 0, number, grid.times)
             if data is None:
                 found.append((None, NOTHING))
                 continue
