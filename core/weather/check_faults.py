@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, count_of
 from ..sun.sky_models import clear_irradiance
 from .check_sun_times import haurwitz, sun_track
 
@@ -96,8 +96,7 @@ def check_dark_days(days, source):
     dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
     if not len(dark):
         return []
-    count = f"{len(dark)} day{'s' if len(dark) > 1 else ''}"
-    problem = f"no light on {count}, the first {dark[0].date()}: a gap filled with zeros"
+    problem = f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled with zeros"
     if len(dark) > MOST_DARK_DAYS:
         raise InputError(source, problem, "fill the gap with measured values, or give another year")
     return [problem]
@@ -167,8 +166,8 @@ def check_direct(year, source):
         return
     below, above = (float(np.quantile(ratio[chosen], 0.9)) for chosen in (low, high))
     if below < LEAST_LOW * above:
-        problem = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
-        problem = f"{year.columns['dni']} of clear hours is {problem}"
+        light = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
+        problem = f"{year.columns['dni']} of clear hours is {light}"
         raise InputError(source, problem, "check this column: it may be the direct light on a horizontal plane")
 
 
@@ -190,11 +189,8 @@ def check_temperature(temp_air, latitude, source):
     """Refuse a mean air temperature that no place of the latitude has."""
     mean, most = float(temp_air.mean()), float(np.interp(abs(latitude), *WARMEST))
     if mean > most and temp_air.std() > LEAST_SPREAD:
-        problem = (
-            f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, which no place at {latitude:.0f}° exceeds"
-        )
-        cure = f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C"
-        raise InputError(source, problem, cure)
+        problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {latitude:.0f}°"
+        raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C")
 
 
 SOLAR_CONSTANT = 1361.0  # [Wm⁻²]

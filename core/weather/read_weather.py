@@ -1,11 +1,11 @@
 """Read weather from any source: recognise the format, read, check, and add the sun."""
 
-import gzip
 import re
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..read.open_input import open_input
 from ..read.parse_json import speaks_of_cityjson
 from ..settings.errors import InputError
 from ..sun.solar_position import POSITION
@@ -187,21 +187,14 @@ def recognise_weather(path):
     str
         "era5", "epw", "tmy3", "psm", "dwd", "try", "pvgis-csv", "pvgis-json" or "csv".
     """
-    if path.is_dir():
+    if path.is_dir() or zipfile.is_zipfile(path):
         return "era5"
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-        if head.startswith(b"\x1f\x8b"):
-            with gzip.open(path, "rb") as file:
-                head = file.read(4096)
-    except (OSError, EOFError) as error:
-        words = getattr(error, "strerror", None) or str(error)
-        raise InputError(path, f"cannot be read ({words})", "give the path of a readable weather file") from error
+    with open_input(path) as stream:
+        head = stream.read(4096)
+    if head.startswith((b"CDF", b"\x89HDF")):
+        return "era5"
     if not head.strip():
         raise InputError(path, "the file is empty", CURE)
-    if head.startswith((b"CDF", b"\x89HDF")) or zipfile.is_zipfile(path):
-        return "era5"
     text = head.decode("utf-8-sig", errors="replace")
     city = name_city(path, text)
     if city:
@@ -217,10 +210,9 @@ def recognise_weather(path):
         "try": any(line.startswith("Rechtswert") for line in lines),
         "csv": any(sign in text for sign in ",;\t") and "\x00" not in text and not text.startswith("<"),
     }
-    for kind, found in marks.items():
-        if found:
-            return kind
-    raise InputError(path, "is not in a known weather format", CURE)
+    if not any(marks.values()):
+        raise InputError(path, "is not in a known weather format", CURE)
+    return next(kind for kind, found in marks.items() if found)
 
 
 def name_city(path, text):

@@ -52,7 +52,7 @@ SIMULATE = [
     ("CITY --editable --cluster serial", "--editable: is for runs without tiles"),
     ("CITY --editable --target-error 1", "--editable: an editable run has one round"),
     ("CITY --editable --estimator forward", "gather"),
-    ("nowhere.gml --weather nowhere.epw", "nowhere.epw: cannot be read"),
+    ("nowhere.gml --weather nowhere.epw", "nowhere.epw: no such file"),
     ("nowhere.gml --weather empty.epw", "empty.epw: the file is empty"),
     ("nowhere.gml --weather words.epw", "words.epw: is not in a known weather format"),
 ]
