@@ -34,6 +34,8 @@ STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeome
 NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
 LOD = re.compile(r"lod(\d)(.*)")
 COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
+OUTLINE, HOLE = ("exterior", "outerBoundaryIs"), ("interior", "innerBoundaryIs")
+RINGS = [f"{{*}}{name}" for name in (*OUTLINE, *HOLE)]
 
 
 class Place(NamedTuple):
@@ -151,15 +153,10 @@ def _add_polygon(element, place, content):
     identifier = _identifier(element)
     _note_srs_name(element, content)
     outlines, holes, problem = [], [], None
-    for part in element:
-        if not isinstance(part.tag, str):
-            continue
-        name = part.tag.rpartition("}")[2]
-        if name not in ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs"):
-            continue
+    for part in element.iterchildren(*RINGS):
         points, trouble = _read_ring(part, place, content)
         problem = problem or trouble
-        (outlines if name in ("exterior", "outerBoundaryIs") else holes).append(points)
+        (outlines if part.tag.endswith(OUTLINE) else holes).append(points)
     if place.lod is None:
         problem = problem or "no level of detail given"
     if len(outlines) != 1:

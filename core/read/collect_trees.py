@@ -14,8 +14,9 @@ from .open_input import clean_name
 PLANTS = ("SolitaryVegetationObject", "PlantCover")
 METRES = ("", "m", "metre", "meter", "metres", "meters")
 EVERGREEN = ("1060", "conifer", "evergreen")  # class: 1060 is coniferous trees in the standard's list
-NUMBERS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
 DENSITY = "leafAreaDensity"
+FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
+FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # the former is that of a cover
 POINTS = "MultiPoint"
 
 
@@ -37,14 +38,12 @@ def collect_tree(element, content):
     collect_polygons(element, content.plants)
     name = content.plants.buildings[-1] or f"tree_{len(content.trees) + 1}"
     tree = Tree(name, content.path, element.sourceline, cover)
+    given = {}
     for child in element.iterchildren("*"):
-        word = child.tag.rpartition("}")[2]
-        if word in NUMBERS or (cover and word == "averageHeight"):
-            set_number(tree, NUMBERS.get(word, "height"), word, child.text, child.get("uom"))
-        elif word == "class":
-            tree.evergreen = is_evergreen(child.text)
-        elif child.get("name") == DENSITY:
-            set_number(tree, "area_density", DENSITY, child.findtext("{*}value"))
+        generic = child.get("name") == DENSITY
+        word = DENSITY if generic else child.tag.rpartition("}")[2]
+        given[word] = child.findtext("{*}value") if generic else child.text, child.get("uom")
+    set_attributes(tree, given)
     places = ("{*}referencePoint//{*}pos", "{*}Point/{*}pos")
     points = [read_numbers([found]) for path in places for found in element.iterfind(f".//{path}")]
     known = (point for point in points if point is not None and len(point) == 3 and np.isfinite(point).all())
@@ -52,32 +51,38 @@ def collect_tree(element, content):
     content.trees.append(tree)
 
 
-def set_number(tree, field, word, text, unit=None):
-    """Set a length or a density of a tree.
+def set_attributes(tree, given):
+    """Set lengths, density and class of a tree.
+
+    Parameters
+    ----------
+    tree : Tree
+        Changed in place.
+    given : dict of str to tuple
+        Word of the file -> value, and its unit or None.
 
     Raises
     ------
     InputError
-        It is not a number, not above 0 (a density: below 0), or not in metres.
+        A number is none, not above 0 (a density: below 0), or not in metres.
     """
-    if text is None or not str(text).strip():
-        return
-    try:
-        value = np.nan if isinstance(text, bool) else float(text)
-    except (ValueError, TypeError):
-        value = np.nan
-    zero = field == "area_density"
-    if not (np.isfinite(value) and (value >= 0 if zero else value > 0)):
-        cure = f"give a number {'of at least' if zero else 'above'} 0, or leave it out"
-        raise InputError(tree.path, f"{tree.where}: {word} is {str(text).strip()[:20]!r}", cure)
-    if unit and unit.rpartition("#")[2].rpartition(":")[2].lower() not in METRES:
-        raise InputError(tree.path, f"{tree.where}: {word} is in {unit[:20]!r}", "give metres")
-    setattr(tree, field, value)
-
-
-def is_evergreen(text):
-    """Whether a class of plants keeps its leaves."""
-    return any(word in str(text or "").lower() for word in EVERGREEN)
+    for word, field in FIELDS.items():
+        text, unit = given.get(word, (None, None))
+        if text is None or not str(text).strip() or (word == "averageHeight" and not tree.cover):
+            continue
+        try:
+            value = np.nan if isinstance(text, bool) else float(text)
+        except (ValueError, TypeError):
+            value = np.nan
+        zero = word == DENSITY
+        if not (np.isfinite(value) and (value >= 0 if zero else value > 0)):
+            cure = f"give a number {'of at least' if zero else 'above'} 0, or leave it out"
+            raise InputError(tree.path, f"{tree.where}: {word} is {str(text).strip()[:20]!r}", cure)
+        if unit and not zero and unit.rpartition("#")[2].rpartition(":")[2].lower() not in METRES:
+            raise InputError(tree.path, f"{tree.where}: {word} is in {unit[:20]!r}", "give metres")
+        setattr(tree, field, value)
+    kind = str(given.get("class", ("",))[0] or "").lower()
+    tree.evergreen = any(word in kind for word in EVERGREEN)
 
 
 def finish_trees(content):
@@ -123,13 +128,12 @@ def collect_json_tree(one, name, shapes, line):
     tree = Tree(clean_name(name), content.path, line, cover)
     attributes = one.get("attributes")
     attributes = attributes if isinstance(attributes, dict) else {}
-    known = {**NUMBERS, **({"averageHeight": "height"} if cover else {}), DENSITY: "area_density"}
-    for word, field in known.items():
-        value, unit = attributes.get(word), None
-        if isinstance(value, dict):
-            value, unit = value.get("value"), value.get("uom")
-        set_number(tree, field, word, value, unit if isinstance(unit, str) else None)
-    tree.evergreen = is_evergreen(attributes.get("class"))
+    given = {}
+    for word, found in attributes.items():
+        measure = found if isinstance(found, dict) else {"value": found}
+        unit = measure.get("uom")
+        given[word] = measure.get("value"), unit if isinstance(unit, str) else None
+    set_attributes(tree, given)
     geometries = one.get("geometry")
     geometries = [part for part in geometries if isinstance(part, dict)] if isinstance(geometries, list) else []
     for part in geometries:  # the first point of a MultiPoint, or the reference point of an instance

@@ -130,15 +130,10 @@ def open_geotiff(path, file):
             values[values == gap] = np.nan
         return values * scale + offset
 
-    size = rows * columns * samples_of(page) * kind.itemsize
+    size = int(np.prod(page.chunks)) * kind.itemsize
     matrix = matrix_of_page(page, keys, Path(path))
     unit = told["unittype"] or unit
     return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells)
-
-
-def samples_of(page):
-    """Samples that lie side by side in a cell; where they lie apart only those of the first are read."""
-    return 1 if page.planarconfig == 2 else page.samplesperpixel
 
 
 def read_block(page, number, absent):
@@ -151,7 +146,8 @@ def read_block(page, number, absent):
         return np.full((rows, columns), absent)
     file.filehandle.seek(offset)
     packed, kind = file.filehandle.read(count), page.dtype.newbyteorder(file.byteorder)
-    shape = rows, columns, samples_of(page)
+    # Where the samples of a cell lie apart, those of the first are read.
+    shape = rows, columns, int(np.prod(page.chunks[2:]))
     return unpack_segment(packed, int(page.compression), int(page.predictor), shape, kind)[..., 0]
 
 

@@ -52,17 +52,11 @@ def check_compression(path):
     """
     if importlib.util.find_spec("hdf5plugin") is not None:
         import hdf5plugin  # noqa: F401, its import makes its methods known
-    missing = set()
-
-    def list_missing(_, item):
-        if isinstance(item, h5py.Dataset):
-            settings = item.id.get_create_plist()
-            filters = [settings.get_filter(number) for number in range(settings.get_nfilters())]
-            names = [(code, bytes(name).decode() or f"filter {code}") for code, _, _, name in filters]
-            missing.update(name for code, name in names if not h5py.h5z.filter_avail(code))
-
     with h5py.File(path) as file:
-        file.visititems(list_missing)
+        plans = [item.id.get_create_plist() for item in file.values() if isinstance(item, h5py.Dataset)]
+        filters = [plan.get_filter(number) for plan in plans for number in range(plan.get_nfilters())]
+    names = {code: bytes(name).decode() or f"filter {code}" for code, _, _, name in filters}
+    missing = {name for code, name in names.items() if not h5py.h5z.filter_avail(code)}
     if missing:
         problem = f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
         raise InputError(path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc")

@@ -173,7 +173,5 @@ def _explain(path, text, start, error):
             return InputError(path, f"{where}: this is not JSON", "give a CityJSON file")
         return InputError(path, f"{where}: invalid JSON ({error.msg})", CUT)
     # Python limits the depth of lists, and integers to some thousand digits.
-    deep = isinstance(error, RecursionError)
-    return InputError(
-        path, f"line {line}: {'lists nested too deeply' if deep else 'a number with thousands of digits'}", CUT
-    )
+    problem = "lists nested too deeply" if isinstance(error, RecursionError) else "a number with thousands of digits"
+    return InputError(path, f"line {line}: {problem}", CUT)

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 from ..city.city import FileContent
-from ..settings.errors import InputError
+from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
@@ -19,7 +19,6 @@ from .walk_boundaries import read_transform, read_vertices
 
 VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
 MOST_NAMED = 5  # in a note
-SHORT = 60  # characters of a name in a note
 MOST_TYPES = 30  # types listed in notes
 DRAWN = 0.8  # share of the time when the last object of one text is read
 OBJECTS_AT_ONCE = 64  # objects per progress report
@@ -150,21 +149,19 @@ class _Reading:
 
     def finish(self):
         """Write the notes, and raise an error if the file has no usable buildings."""
-        content, others = self.content, sorted(self.others.items())
+        content = self.content
         for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
             content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
-        content.notes += [
-            f"{count} {clean_name(kind)} left out: not a building." for kind, count in others[:MOST_TYPES]
-        ]
+        for kind, count in sorted(self.others.items())[:MOST_TYPES]:
+            content.notes.append(f"{count} {clean_name(kind)} left out: not a building.")
         for words, names in self.remarks.items():
-            named = [name[:SHORT] for name in dict.fromkeys(names)]
-            more = " …" if len(named) > MOST_NAMED else ""
-            content.notes.append(f"{len(names)} {words}: {', '.join(named[:MOST_NAMED])}{more}")
+            named = list_some(list(dict.fromkeys(names)), MOST_NAMED)
+            content.notes.append(f"{len(names)} {words}: {named}")
         if not content.buildings and not content.trees:
-            met = [f"{count} {clean_name(kind)[:40]}" for kind, count in others]
-            met += [f"{content.relief.count()} terrain triangles"] if content.relief.count() else []
-            met += [f"{reason}: {len(names)}" for reason, names in content.skipped.items()]
-            more = f" ({', '.join(met[:MOST_NAMED])}{' …' if len(met) > MOST_NAMED else ''})" if met else ""
+            skipped = {reason: len(names) for reason, names in content.skipped.items()}
+            met = {**self.others, "terrain triangles": content.relief.count(), **skipped}
+            words = [f"{count} {clean_name(kind)}" for kind, count in met.items() if count]
+            more = f" (but {', '.join(words[:MOST_NAMED])})" if words else ""
             raise InputError(self.path, f"contains no buildings{more}", "give a file with buildings")
         if not content.polygons and content.skipped:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))

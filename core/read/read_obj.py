@@ -9,9 +9,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..city.city import FileContent, Polygon, number_names
-from ..settings.errors import InputError
+from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
-from .parse_obj import SHORT, parse_obj, read_libraries
+from .parse_obj import parse_obj, read_libraries
 
 WELD = 1e-3  # [units of the file] vertices closer than this are merged
 TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
@@ -60,9 +60,8 @@ def read_obj(path, up="z", report_share=silent):
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:
-            ring = parts.vertices[
-                [*face, face[0]]
-            ]  # OBJ never repeats the first point; an open ring would count as repaired
+            # OBJ never repeats the first point; an open ring would count as repaired.
+            ring = parts.vertices[[*face, face[0]]]
             polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
             content.polygons.append(polygon)
     for keyword, count in sorted(parts.left_out.items()):
@@ -92,9 +91,8 @@ def _buildings(parts, content):
     else:
         building = _pieces(parts.faces, parts.vertices)
         content.buildings = [f"part_{k + 1}" for k in range(building.max() + 1)]
-        content.notes.append(
-            f"{content.path} has no objects or groups: {len(content.buildings)} connected parts read as buildings."
-        )
+        words = f"{len(content.buildings)} connected parts read as buildings."
+        content.notes.append(f"{content.path} has no objects or groups: {words}")
     return building.reshape(-1)
 
 
@@ -142,8 +140,7 @@ def _note_others(parts, building, content):
     others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
     if not others or len(others) == len(called):
         return
-    names = list(dict.fromkeys(name[:SHORT] for one in others.values() for name in one))
-    named = ", ".join(names[:MOST_NAMED]) + (" …" if len(names) > MOST_NAMED else "")
+    named = list_some(list(dict.fromkeys(name for one in others.values() for name in one)), MOST_NAMED)
     words = f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names ({named})"
     cure = "Remove them, or give terrain in a file of its own with --terrain."
     content.notes.append(f"{words}, but read as such: their level faces count as flat roofs. {cure}")
@@ -153,18 +150,15 @@ def _colour(parts, content):
     """Read the colours of the materials in use, and note what was found."""
     used = [name for name in dict.fromkeys(parts.materials) if name]
     if parts.unnamed:
-        content.notes.append(
-            f"{parts.unnamed} usemtl lines of {content.path} name no material; their polygons get none."
-        )
+        words = f"{parts.unnamed} usemtl lines of {content.path} name no material"
+        content.notes.append(f"{words}; their polygons get none.")
     if not used:
         return
     found = read_libraries(content.path, parts.libraries, content.notes)
     content.colours = {name: found.get(name) for name in used}
     faces = sum(map(bool, parts.materials))
     coloured = sum(colour is not None for colour in content.colours.values())
-    names = ", ".join(name[:SHORT] for name in used[:MOST_NAMED]) + (" …" if len(used) > MOST_NAMED else "")
-    words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons: {names}"
-    asked = "with --materials (in Blender Albedo from: Materials)"
-    content.notes.append(
-        f"{words}. {coloured} have a diffuse colour. Albedos are taken from names and colours {asked}."
-    )
+    words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons"
+    words += f": {list_some(used, MOST_NAMED)}"
+    asked = "Albedos are taken from names and colours with --materials (in Blender Albedo from: Materials)."
+    content.notes.append(f"{words}. {coloured} have a diffuse colour. {asked}")
