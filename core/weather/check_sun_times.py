@@ -25,9 +25,8 @@ WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours represent a clear day, an
 RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
-NIGHT_SHIFT = (
-    360  # [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI closes
-)
+# [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI closes.
+NIGHT_SHIFT = 360
 GAIN = 0.8  # a shift must reduce the residual to less than this share
 
 

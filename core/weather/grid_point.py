@@ -4,6 +4,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from ..settings.errors import InputError
 
@@ -75,12 +76,12 @@ def check_axes(source, dataset):
         outside = values[~(np.abs(values) <= most + SLACK)]
         if len(outside):
             raise InputError(source, f"has a {name} of {outside[0]:g}°", f"give {name}s from -{most:g} to {most:g}")
-        once, count = np.unique(values, return_counts=True)
-        if (count > 1).any():
-            raise InputError(source, f"has the {name} {once[count > 1][0]:g}° twice", "give each once")
-    once, count = np.unique(dataset["time"].to_numpy(), return_counts=True)
-    if (count > 1).any():
-        raise InputError(source, f"has the time {str(once[count > 1][0])[:16]} twice", "give each once")
+    for name in AXES:
+        values = pd.Index(dataset[name].to_numpy())
+        if values.has_duplicates:
+            twice = values[values.duplicated()][0]
+            words = f"{str(twice)[:16]}" if name == "time" else f"{twice:g}°"
+            raise InputError(source, f"has the {name} {words} twice", "give each once")
 
 
 def interpolate_point(source, dataset, latitude, longitude, point):

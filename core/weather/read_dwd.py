@@ -14,8 +14,8 @@ from .weather import TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
 GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
-TABLE_COLUMNS = {"ghi": ("G_Bh", "G_Dh"), "dhi": ("G_Dh",), "temp_air": ("Ta",), "wind_speed": ("FF",)}
-TRY_COLUMNS = {"ghi": ("B", "D"), "dhi": ("D",), "temp_air": ("t",), "wind_speed": ("WG",)}
+TABLE_COLUMNS = {"ghi": "G_Bh + G_Dh", "dhi": "G_Dh", "temp_air": "Ta", "wind_speed": "FF"}
+TRY_COLUMNS = {"ghi": "B + D", "dhi": "D", "temp_air": "t", "wind_speed": "WG"}
 TRY_PLANE = "EPSG:3034"  # Lambert's conformal conic of Europe, of Rechtswert and Hochwert
 MOST_MISSING = 3  # hours at the end of a year that are filled in, at night
 YEAR = r"(?<!\d)(19|20)\d\d(?!\d)"
@@ -43,11 +43,9 @@ def read_dwd(path, place=None):
     path = Path(path)
     lines = read_text(path).splitlines()
     head = [line.lstrip("# ") for line in lines if line.startswith("#")]
-    names = next((line.split() for line in head if "G_Bh" in line), None)
-    if names is None:
-        raise InputError(path, "no line names the columns G_Bh and G_Dh", "give a station table of DWD")
+    names = next(line.split() for line in head if "G_Bh" in line)
     rows = [line for line in lines if re.match(r"\s*\d", line)]
-    table = read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": ("p",)})
+    table = read_columns(names, rows, TABLE_COLUMNS | {"pressure": "p"})
     hours = pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None)[0].to_numpy()
     if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
         raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
@@ -64,22 +62,17 @@ def read_dwd(path, place=None):
         notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
     own, label = place or find_place(path, head), f"DWD {path.name}"
-    return Record(table, *own, str(path), label, notes, name_sums(TABLE_COLUMNS))
+    return Record(table, *own, str(path), label, notes, TABLE_COLUMNS)
 
 
-def read_columns(path, names, rows, columns):
+def read_columns(names, rows, columns):
     """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to Pa."""
     text = "\n".join(row.replace(",", ".") for row in rows)
     table = pd.read_csv(io.StringIO(text), sep=r"\s+", header=None, dtype=float)
-    if table.shape[1] != len(names):
-        problem = f"{table.shape[1]} columns, but {len(names)} in the header"
-        raise InputError(path, problem, "give the file as it was downloaded")
-    table.columns = names
-    missing = [name for parts in columns.values() for name in parts if name not in names]
-    if missing:
-        raise InputError(path, f"the columns {', '.join(missing)} are missing", "give the file as it was downloaded")
+    table = table.set_axis(names, axis=1)
     table = table.mask(table <= -99.0)  # marks of missing values are -99 and -999
-    data = pd.DataFrame({name: sum(table[part] for part in parts) for name, parts in columns.items()})
+    sums = {name: sum(table[part] for part in parts.split(" + ")) for name, parts in columns.items()}
+    data = pd.DataFrame(sums)
     return data.assign(pressure=100.0 * data["pressure"])
 
 
@@ -117,7 +110,7 @@ def read_try(path, place=None):
     lines = read_text(path).splitlines()
     names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
     rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
-    table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": ("p",), "hour": ("HH",), "day": ("DD",)})
+    table = read_columns(names, rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
     day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
     times = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
     if (first := first_true((day != times.day) | (hour != times.hour + 1))) is not None:
@@ -134,9 +127,4 @@ def read_try(path, place=None):
         globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
         place = round(latitude, 5), round(longitude, 5), values[2]
-    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)", columns=name_sums(TRY_COLUMNS))
-
-
-def name_sums(columns):
-    """What a file calls our variables: "G_Bh + G_Dh"."""
-    return {name: " + ".join(parts) for name, parts in columns.items()}
+    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)", columns=TRY_COLUMNS)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.io import netcdf_file
 
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError
@@ -175,6 +176,12 @@ def open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
+        # A truncated file in the classic format is found out before xarray, which would leave it open.
+        with file.open("rb") as stream:
+            if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
+                stream.seek(0)
+                classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
+                classic.variables.clear()
         dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error

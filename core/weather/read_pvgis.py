@@ -14,7 +14,7 @@ import pvlib
 
 from ..read.open_input import read_text
 from ..settings.errors import InputError
-from .weather import Record, coerce_year
+from .weather import Record, coerce_year, read_numbers
 
 COLUMNS = {"ghi": "G(h)", "dhi": "Gd(h)", "dni": "Gb(n)", "temp_air": "T2m", "wind_speed": "WS10m", "pressure": "SP"}
 PLACE = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
@@ -61,17 +61,22 @@ def read_typical(path, text, file_format):
     """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3 have no offset."""
     if file_format == "csv":
         lines = text.splitlines()
-        rows = sum(bool(re.match(r"\d{8}:", line)) for line in lines)
-        if rows != TYPICAL_HOURS:
-            problem = f"{rows} hours instead of {TYPICAL_HOURS}"
+        rows = [line for line in lines if re.match(r"\d{8}:", line)]
+        if len(rows) != TYPICAL_HOURS:
+            problem = f"{len(rows)} hours instead of {TYPICAL_HOURS}"
             raise InputError(path, problem, "download the file again; it may be cut")
         fields = dict(line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit())
-        place, source = [fields.get(name, 0.0) for name in PLACE], io.BytesIO(text.encode())
+        place = [fields.get(name, 0.0) for name in PLACE]
+        header = next(line for line in lines if line.startswith("time(UTC)"))
+        fields = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
+        times = pd.to_datetime(fields["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
+        known = {ours: read_numbers(path, fields[name]) for ours, name in COLUMNS.items() if name in fields}
+        table = pd.DataFrame(known).set_axis(pd.DatetimeIndex(times), axis=0)
     else:
-        location, source = json.loads(text)["inputs"]["location"], io.StringIO(text)
+        location = json.loads(text)["inputs"]["location"]
         names = ("latitude", "longitude", "elevation", "irradiance_time_offset")
         place = [location.get(name, 0.0) for name in names]
-    table, _ = pvlib.iotools.read_pvgis_tmy(source, pvgis_format=file_format)
+        table, _ = pvlib.iotools.read_pvgis_tmy(io.StringIO(text), pvgis_format="json")
     latitude, longitude, altitude, offset = map(float, place)
     data = lay_intervals(table, offset)
     label = f"PVGIS {path.name} (typical year)"

@@ -171,7 +171,7 @@ def read_file(path, kind, own, place):
         # A file of a known format that its reader cannot parse is damaged: name it, with the reader's message.
         words = " ".join(str(error).split())[:200]
         problem = f"cannot be read as {kind} ({type(error).__name__}: {words})"
-        raise InputError(path, problem, "download the file again; it may be cut") from error
+        raise InputError(path, problem, "correct it, or download it again if it is cut") from error
 
 
 def recognise_weather(path):

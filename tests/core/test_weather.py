@@ -134,7 +134,7 @@ def test_files_that_are_no_weather(tmp_path):
         ("empty.csv", b"", "empty"),
         ("words.txt", b"this is no weather", "not in a known weather format"),
         ("bytes.bin", bytes(range(256)) * 8, "not in a known weather format"),
-        ("header.csv", b"time,ghi,dhi,temp_air,wind_speed\n", "no rows"),
+        ("header.csv", b"time,ghi,dhi,temp_air,wind_speed\n", "0 time stamps"),
         ("other.csv", b"a,b\n1,2\n", "weather variable"),
         ("cut.epw", b"LOCATION,Nowhere,-,USA,TMY3,1,10.0,10.0,1.0,5.0\nDESIGN", "full year"),
         ("head.epw", b"LOCATION,Nowhere\n", "cannot be read as epw"),

@@ -154,6 +154,6 @@ def test_words_among_numbers_are_named_by_row(tmp_path, path, field, row, column
 def test_typical_year_of_pvgis_with_rows_missing_or_cut(tmp_path):
     lines = lines_of(PVGIS)
     refuse(write_lines(tmp_path / "gap.csv", lines[:5000] + lines[5001:]), "8759 hours instead of 8760")
-    refuse(write_lines(tmp_path / "cut.csv", [*lines[:5000], lines[5000][:15]]), "row 4983", "may be cut")
+    refuse(write_lines(tmp_path / "cut.csv", [*lines[:5000], lines[5000][:15]]), "4983 hours", "may be cut")
     word = [*lines[:5000], lines[5000].replace(",", ",x", 1), *lines[5001:]]
     refuse(write_lines(tmp_path / "word.csv", word), "row 4983")
