@@ -1,10 +1,8 @@
 """Read one or more JSON texts from a file with bounded memory; errors give line and column."""
 
-import gc
 import itertools
 import json
 import re
-from contextlib import contextmanager
 from pathlib import Path
 
 from ..settings.errors import InputError
@@ -37,18 +35,6 @@ def _to_object(pairs):
 
 
 DECODER = json.JSONDecoder(object_pairs_hook=_to_object)
-
-
-@contextmanager
-def _uncollected():
-    """Pause cyclic garbage collection while a tree without cycles grows: it takes a third of the time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def iterate_json(path, notes, report_share=silent):
@@ -127,8 +113,7 @@ def _decode_alone(path, line, notes):
         return None
     text = _decode(path, line, notes).strip()
     try:
-        with _uncollected():
-            return DECODER.decode(text) if text.endswith("}") else None
+        return DECODER.decode(text) if text.endswith("}") else None
     except (ValueError, RecursionError):
         return None  # reported with line and column when the whole file is read
 
@@ -154,8 +139,7 @@ def _iterate_texts(path, text, line=1):
     line += text.count("\n", 0, place)
     while place < len(text):
         try:
-            with _uncollected():
-                value, end = DECODER.raw_decode(text, place)
+            value, end = DECODER.raw_decode(text, place)
         except (ValueError, RecursionError) as error:
             raise _explain(path, text, (place, line), error) from None
         yield value, line

@@ -209,7 +209,7 @@ def read_mtl(path, notes):
         The file cannot be read, or is not text.
     """
     colours, textured, wrong, name = {}, set(), {}, None
-    for line, (keyword, *words) in _statements(path, ignore_share):
+    for line, (keyword, *words) in _statements(path, silent):
         if keyword == "newmtl":
             name = clean_name(" ".join(words))
             colours.setdefault(name, None)

@@ -3,6 +3,7 @@
 import tempfile
 import zipfile
 from contextlib import ExitStack
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -121,21 +122,20 @@ def read_files(files, latitude, longitude, point):
     place : GridPoint
         The values belong to.
     """
-    table, place = None, None
+    tables, place = [], None
     for path, file in files:
         found = read_file(path, file, latitude, longitude, point)
         if found is None:
             continue
         own, here = found
-        if table is None:
-            table, place = found
+        place = place or here
         if max(abs(here.latitude - place.latitude), abs(here.longitude - place.longitude)) > SAME_PLACE:
             problem = f"its grid point {here} differs from {place} of the others"
             raise InputError(path, problem, "download all variables on the same grid")
-        table = table.combine_first(own)
-    if table is None:
+        tables.append(own)
+    if not tables:
         raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
-    return table, place
+    return reduce(pd.DataFrame.combine_first, tables), place
 
 
 def read_file(path, file, latitude, longitude, point):

@@ -68,17 +68,16 @@ def read_typical(path, text, file_format):
         fields = dict(line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit())
         place = [fields.get(name, 0.0) for name in PLACE]
         header = next(line for line in lines if line.startswith("time(UTC)"))
-        fields = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
-        times = pd.to_datetime(fields["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
-        known = {ours: read_numbers(path, fields[name]) for ours, name in COLUMNS.items() if name in fields}
-        table = pd.DataFrame(known).set_axis(pd.DatetimeIndex(times), axis=0)
+        cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
     else:
-        location = json.loads(text)["inputs"]["location"]
+        tree = json.loads(text)
+        location, cells = tree["inputs"]["location"], pd.DataFrame(tree["outputs"]["tmy_hourly"])
         names = ("latitude", "longitude", "elevation", "irradiance_time_offset")
         place = [location.get(name, 0.0) for name in names]
-        table, _ = pvlib.iotools.read_pvgis_tmy(io.StringIO(text), pvgis_format="json")
     latitude, longitude, altitude, offset = map(float, place)
-    data = lay_intervals(table, offset)
+    table = pd.DataFrame({ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells})
+    times = pd.to_datetime(cells["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
+    data = lay_intervals(table.set_axis(pd.DatetimeIndex(times), axis=0), offset)
     label = f"PVGIS {path.name} (typical year)"
     return Record(data, latitude, longitude, altitude, str(path), label, columns=COLUMNS)
 
@@ -86,8 +85,7 @@ def read_typical(path, text, file_format):
 def lay_intervals(table, offset):
     """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time offset [h]."""
     data = table[[name for name in COLUMNS if name in table]].astype(float)
-    times = pd.DatetimeIndex(data.index)
-    data.index = times.tz_localize("UTC") if times.tz is None else times.tz_convert("UTC")
+    data.index = pd.DatetimeIndex(data.index).tz_convert("UTC")
     data, _ = coerce_year(data)
     data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - HALF_HOUR
     return data

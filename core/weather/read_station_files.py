@@ -7,7 +7,6 @@ Each reader takes the path of a file, which may be gz-compressed, and returns a 
 import csv
 import io
 import re
-from itertools import islice
 from pathlib import Path
 
 import pandas as pd
@@ -64,9 +63,11 @@ def read_epw(path):
     hour h in EPW has the image stamped h, so the image was taken one hour plus the offset after h.
     """
     path = Path(path)
-    text = read_text(path)
-    check_width(path, text)
-    table, place = pvlib.iotools.read_epw(io.StringIO(text))
+    lines = read_text(path).splitlines()
+    # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants them in one row.
+    if len(lines) > HEADER_LINES:
+        lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
+    table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
     table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
     data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
     hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
@@ -80,7 +81,7 @@ def read_epw(path):
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
     data, typical = coerce_year(data)
     data.index, notes = pd.DatetimeIndex(data.index).tz_convert("UTC"), []
-    found = OFFSET.search("\n".join(islice(io.StringIO(text), HEADER_LINES)))
+    found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
     if found:
         offset = float(found[1])
         after = offset + 1.0  # [h] from the end of the hour to the image, which is the middle of the interval
@@ -90,16 +91,6 @@ def read_epw(path):
     label = f"EPW {path.name} ({place['city'].strip()}{', typical year' if typical else ''})"
     place = place["latitude"], place["longitude"], place["altitude"]
     return Record(data, *place, str(path), label, notes, EPW)
-
-
-def check_width(path, text):
-    """Refuse an EPW whose rows have fewer columns than the format: EnergyPlus does without the last three."""
-    row = next(islice(io.StringIO(text), HEADER_LINES, None), "")
-    missing = EPW_COLUMNS - 1 - row.count(",")
-    if row.strip() and missing > 0:
-        problem = f"its rows have {EPW_COLUMNS - missing} columns, an EPW has {EPW_COLUMNS}"
-        ends = f"type: sed '{HEADER_LINES + 1},$ s/[[:space:]]*$/{',0' * missing}/' {path} > new.epw"
-        raise InputError(path, problem, f"if the last ones lack (albedo, rain; not used here), {ends}")
 
 
 def take_columns(path, table, names, missing=None):
