@@ -253,12 +253,10 @@ def decide_perez(inputs):
     sky, asked, surfaces = inputs.request.sky, inputs.asked(PEREZ), inputs.scene.surfaces
     counted = surfaces_that_count(surfaces)
     area = float(np.asarray(surfaces.area)[counted].sum())
-    change = np.zeros(0)
+    change, words = np.zeros(0), ""
     if inputs.weather is not None and counted.any():
         normal, _ = planes_of(surfaces, np.flatnonzero(counted))
         change = change_unshaded(inputs.weather, normal, inputs.request.ground_albedo)
-    words = ""
-    if len(change):
         words = f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %"
     by_scene = sky == "auto" and asked is None
     if asked or (asked is None and (sky == PEREZ or (by_scene and area > 0))):
