@@ -3,12 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
 from ..light.transfer import SourceLight, take_rows
-from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import sources_of
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
@@ -46,12 +44,11 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
         energy = compute_energy(few, weather, replace(system, **switched), threads, sky=sky)
         return float(weight @ np.nan_to_num(energy.full_load_hours))
 
-    states = [{}, *({key: not getattr(system, key)} for key in ELECTRIC)]
-    with threadpool_limits(1, "blas"):  # its number is one of the process, so that no thread may set it alone
-        as_set, *others = map_in_order(hours, states, usable_threads(threads))
-    found = {}
-    for key, other in zip(ELECTRIC, others, strict=True):
-        on, off = (as_set, other) if getattr(system, key) else (other, as_set)
+    as_set, found = hours({}), {}
+    for key in ELECTRIC:
+        as_switched = getattr(system, key)
+        other = hours({key: not as_switched})
+        on, off = (as_set, other) if as_switched else (other, as_set)
         found[key] = (on - off) / on if on > 0 else 0.0
     return found
 

@@ -132,9 +132,8 @@ def compute_place(environments, weather, code, system, model, ways):  # noqa: PL
     matched, found = {}, []
     for one in environments:
         if one.sky.count not in matched:
-            matched[one.sky.count] = (
-                match_hours(one.sky, hours) if way == "exact" else match_shifted(one.sky, hours, weather)
-            )
+            exact = way == "exact"
+            matched[one.sky.count] = match_hours(one.sky, hours) if exact else match_shifted(one.sky, hours, weather)
         sunlight = matched[one.sky.count]
         values = sum_periods(sum_groups(one, hours, sunlight, model), hours)
         count = len(one.groups)

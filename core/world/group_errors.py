@@ -181,10 +181,9 @@ def parse_mix(text, names):
     weights = {}
     for part in filter(None, text.split(",")):
         name, _, number = (piece.strip() for piece in part.partition("="))
-        if name not in names:
-            raise InputError(OPTION, f"no environment is called {name!r}", f"give some of {', '.join(names)}")
-        if name in weights:
-            raise InputError(OPTION, f"{name!r} is there twice", "give each environment one weight")
+        if name not in names or name in weights:
+            problem = f"{name!r} is no environment, or is there twice"
+            raise InputError(OPTION, problem, f"give some of {', '.join(names)}, each once")
         weights[name] = pd.to_numeric(number, errors="coerce")
         if not 0 < weights[name] <= 1:  # NaN: it is no number
             raise InputError(OPTION, f"the weight {number!r} of {name} is not above 0 and at most 1", "give NAME=SHARE")
