@@ -175,13 +175,8 @@ def rows_of_hits(prepared, rows, others, members=None):
 
 def take_plan(plan, taken, stand_ins, receivers):
     """The plan for some patches; stand-ins for others than generated ground count as receivers, which get no turns."""
-    found = replace(
-        plan,
-        unobstructed=plan.unobstructed[taken],
-        open_to_suns=plan.open_to_suns[taken],
-        receivers=None if plan.receivers is None else plan.receivers[taken],
-        optional=None if plan.optional is None else plan.optional[taken],
-    )
-    if found.receivers is not None:
-        found.receivers[stand_ins] = receivers
-    return found
+    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers", "optional")}
+    rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
+    if "receivers" in rows:
+        rows["receivers"][stand_ins] = receivers
+    return replace(plan, **rows)
