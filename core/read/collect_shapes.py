@@ -85,10 +85,8 @@ def find_fault(geometry):
     if not isinstance(geometry, dict):
         return "geometry is not a JSON object"
     kind = geometry.get("type")
-    if kind in ("MultiPoint", "MultiLineString"):
-        return f"{kind}: no surfaces"
     if not isinstance(kind, str) or (kind not in DEPTHS and kind != INSTANCE):
-        return "geometry of an unknown type"
+        return f"{clean_name(kind)[:20]}: no surfaces" if isinstance(kind, str) else "geometry without a type"
     if {"boundaries", "semantics", "lod"}.intersection(getattr(geometry, "names", ())):
         return "geometry with boundaries, semantics or level of detail given twice"
     return "invalid level of detail" if kind != INSTANCE and read_lod(geometry) is None else None

@@ -129,10 +129,8 @@ def _vertex(path, line, words):
         values = [float(word) for word in words[1:4]]
     except ValueError:
         values = []
-    if len(values) != 3:
-        raise InputError(path, f"line {line}: vertex without three numbers", CUT)
-    if not all(abs(value) <= LARGEST_COORDINATE for value in values):  # also true for NaN
-        problem = f"line {line}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+    if len(values) != 3 or not all(abs(value) <= LARGEST_COORDINATE for value in values):  # also true for NaN
+        problem = f"line {line}: vertex without three numbers of at most {LARGEST_COORDINATE:g}"
         raise InputError(path, problem, "correct or remove this vertex")
     return values
 

@@ -84,8 +84,7 @@ class _Reading:
         if version is None:
             self._note(f"{self.path} gives no CityJSON version.")
         elif not VERSION.fullmatch(text):
-            old = "convert it to 2.0, for example with cjio's upgrade"
-            cure = old if re.match(r"0\.\d", text) else "give CityJSON 1.0 to 2.0"
+            cure = "give CityJSON 1.0 to 2.0; cjio's upgrade converts older files"
             raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
         elif self.transform is None and not text.startswith("1.0"):
             self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")

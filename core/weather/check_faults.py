@@ -55,7 +55,11 @@ def check_faults(year, days, source):
     InputError
         Names the first day and a cure.
     """
-    check_temperature(year.data["temp_air"], year.latitude, source)
+    temp_air = year.data["temp_air"]
+    mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
+    if mean > most and temp_air.std() > LEAST_SPREAD:
+        problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {year.latitude:.0f}°"
+        raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C")
     notes = check_dark_days(days, source)
     check_nights(year, source)
     check_flat(year, source)
@@ -183,14 +187,6 @@ def check_brightness(days, source):
     if found > REFUSED_BRIGHT:
         raise InputError(source, problem, "check unit and calibration of the irradiance")
     return [problem]
-
-
-def check_temperature(temp_air, latitude, source):
-    """Refuse a mean air temperature that no place of the latitude has."""
-    mean, most = float(temp_air.mean()), float(np.interp(abs(latitude), *WARMEST))
-    if mean > most and temp_air.std() > LEAST_SPREAD:
-        problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {latitude:.0f}°"
-        raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C")
 
 
 SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
