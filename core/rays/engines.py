@@ -239,7 +239,7 @@ def fault_of_packets():
     origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32([[[5]], [[1]]])
     try:
         packets, rays = PacketTree(vertices, triangles), RayTree(vertices, triangles)
-    except LibraryError as error:
+    except (LibraryError, AttributeError) as error:
         return str(error)
     found, true = (np.array(tree.trace_places(origins, directions)) for tree in (packets, rays))
     met = true[0] >= 0
