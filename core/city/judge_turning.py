@@ -157,7 +157,7 @@ def trace_both_sides(shape, shell, tested, wanted):
 def start_rays(faces, owner, tested):
     """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
     corners, normal, size = faces
-    one, other, height, turn = additive_recurrence(RAYS, 4).T.astype(float)
+    one, other, height, turn = np.mod(additive_recurrence(RAYS, 4).T + 0.5, 1)
     # Choose triangles by area; the remainder of the same random number gives the place along one edge.
     ends = np.cumsum(size)
     first, last = np.searchsorted(owner, tested), np.searchsorted(owner, tested, "right") - 1
