@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
-from ..settings.errors import InputError, count_of
+from ..settings.errors import InputError, check_array, count_of
 from .build_ground import (
     DEFAULT_PATCH,
     REACH,
@@ -73,6 +73,9 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     """
     check_patch_size(patch_size)
     check_terrain(terrain)
+    check_array("points", points, ("m", 3), row="point")
+    check_array("start of the feet", feet.start, ("e", 3))
+    check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
     low, high, reach = measure_extent(points, feet, reach, site)
     near = lay_lattice(low, high, reach, patch_size, site)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..settings.errors import UNIT, check_array
 from .city import number_names
 from .polygons import polygon_bounds
 
@@ -30,6 +31,7 @@ def measure_tilt(normal):
     surface_azimuth : array, (n,) float64 [°]
         Clockwise from true north; 0 if the surface is level.
     """
+    normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
     across = np.hypot(normal[:, 0], normal[:, 1])
     surface_tilt = np.degrees(np.arctan2(across, normal[:, 2]))
     surface_azimuth = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) % 360.0
@@ -62,7 +64,10 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
         One of `ORIENTATIONS`, or none.
     eligible : array, (n,) bool
     """
-    area, tilt, surface_azimuth = (np.asarray(given, float) for given in (area, surface_tilt, surface_azimuth))
+    count = len(thematic)
+    area = check_array("area", area, (count,), most=np.inf)
+    tilt = check_array("surface_tilt", surface_tilt, (count,), least=0, most=180)
+    surface_azimuth = check_array("surface_azimuth", surface_azimuth, (count,), least=0, most=360)
     thematic = np.asarray(thematic, dtype=str)
     kind = np.select(
         [

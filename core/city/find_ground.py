@@ -12,6 +12,7 @@ from ..rays.ray_scene import RayScene
 from .city import number_names
 from .join_sheets import join_sheets
 from .polygons import normals_of
+from .scene import check_scene
 from .triangulate_feet import heights_on
 
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
@@ -34,6 +35,7 @@ def find_ground(scene):
     -------
     (t,) bool
     """
+    check_scene(scene)
     surface = scene.triangle_surface
     named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
     ground = named[surface] & ~scene.footprint
@@ -182,6 +184,7 @@ def find_resting_floors(scene, ground=None):
     -------
     (t,) bool
     """
+    check_scene(scene)
     upward = upward_areas(scene.vertices, scene.triangles)
     downward = np.flatnonzero((upward < 0) & (scene.triangle_surface >= 0))
     buried = scene.footprint.copy()

@@ -9,10 +9,11 @@ C. L. Lawson (1977), Software for C1 surface interpolation, doi:10.1016/B978-0-1
 
 import numpy as np
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array, check_triangles
 from .check_geometry import check_patch_size
 from .places_in_plan import pair_keys
 
+SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
 MOST_PIECES = 50e6  # more would not fit into memory
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
 STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
@@ -60,11 +61,14 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     Raises
     ------
     InputError
-        The patch size is no length, or there would be too many pieces.
+        Vertices, triangles or a length are invalid, or there would be too many pieces.
     """
     if not np.ndim(patch_size):
         check_patch_size(patch_size)
+    vertices, triangles = check_triangles(vertices, triangles)
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int64)
+    if np.ndim(patch_size):
+        check_array("patch_size", patch_size, (len(triangles),), least=SHORTEST)
     patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
     length, height = measure_triangles(vertices, triangles)
     longest = length.max(axis=1, initial=0)

@@ -44,6 +44,7 @@ def refine_run(run, log, progress, *, folder, told=False):
 
     def judge(one):
         nonlocal energy
+        log.show(one)
         errors = split_errors(one, weather, energy)
         if one is not transfer and request.target_error is not None and errors.at_share() <= request.target_error:
             energy = compute_energy(one, weather, request)  # hours have changed as well since they were computed

@@ -34,6 +34,9 @@ class RunLog:
         if self.stream:
             print(text, file=self.stream, flush=True)
 
+    def show(self, transfer):
+        """Receive the Transfer of all rounds so far, after each of them."""
+
 
 def print_output(text):
     """Print text and a line end; what a reader who has left does not take is dropped.

@@ -14,6 +14,7 @@ from towns import city_of_polygons, draw_town
 from citypv.core.city.build_ground import PlacedCity, build_ground
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.build_terrain import build_terrain
+from citypv.core.city.classify import classify, measure_tilt
 from citypv.core.city.find_feet import find_feet
 from citypv.core.city.grid_cells import split_into_cells
 from citypv.core.city.locate_site import AS_IN_FILES
@@ -105,7 +106,15 @@ def test_a_city_that_is_too_small_to_be_one():
 
 
 def test_pieces_of_geometry():
+    one, names = np.ones(3), [""] * 3
+    refused("area: row 1 is nan", classify, spoiled(one, 1, np.nan), one, one, names)
+    refused("surface_tilt: row 0 is 190", classify, one, spoiled(one, 0, 190), one, names)
+    refused("surface_azimuth: row 0 is -5", classify, one, one, spoiled(one, 0, -5), names)
+    refused(r"normal: row 0 is \[nan", measure_tilt, np.full((2, 3), np.nan))
     vertices, triangles = np.array([[0, 0, 0], [30, 0, 0], [0, 30, 0.0]]), np.array([[0, 1, 2]])
+    refused("vertices: vertex 1 is", refine_triangles, spoiled(vertices, (1, 0), np.inf), triangles, 10.0)
+    refused("triangles: triangle 0 is", refine_triangles, vertices, triangles + 1, 10.0)
+    refused("vertices: shape", refine_triangles, vertices[:, :2], triangles, 10.0)
     refused("--patch-size: -1", refine_triangles, vertices, triangles, -1)
     assert len(refine_triangles(np.zeros((0, 3)), np.zeros((0, 3), int), 1.0)[1]) == 0
     assert len(triangulate(np.zeros((0, 3)), np.zeros(1, int), np.zeros(1, int))[0]) == 0
@@ -121,8 +130,15 @@ def test_ground_and_terrain():
         return build_scene(TOWN, *BERLIN, options=SceneOptions(terrain=Terrain("hill.asc", [*layers])))
 
     for number in NUMBERS:
+        broken = spoiled(TOWN.points, (5, 1), number)
+        refused("points: point 5 is", build_ground, placed._replace(points=broken))
+        refused("points: point 5 is", build_terrain, feet, broken, TERRAIN)
         high = replace(LAYER, points=spoiled(LAYER.points, (5, 2), number))
         refused("hill.asc: vertices: vertex 5 is .* leave a gap", stand_on, high)
+        lost = replace(feet, start=spoiled(feet.start, (0, 0), number))
+        refused("start of the feet: row 0 is", build_terrain, lost, TOWN.points, TERRAIN)
+    refused("footprint: shape", build_ground, placed._replace(footprint=footprint[1:]))
+    refused("footprint: values", build_ground, placed._replace(footprint=footprint.astype(float)))
     refused("--patch-size: -10", build_ground, placed, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
