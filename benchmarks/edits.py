@@ -21,7 +21,7 @@ from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editabl
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, read_buildings, read_year, stand_city, trace_base
+from citypv.core.study import place_city, read_buildings, read_year, stand_city, stand_edited, trace_base
 
 
 def read_clock():
@@ -108,11 +108,11 @@ def main():
     patches = len(base.city.prepared.patches)
     sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"
     print(f"{patches:,} patches, {len(base.suns)} suns; {sizes}", flush=True)
-    edit_light(base, stand_city(city, request, like=base.scene))  # compiles
+    edit_light(base, stand_edited(city, base, request))  # compiles
     for number in range(options.edits):
         changed = edit_city(city, draw_change(city, generator), scene.site.convergence)
         listener = Listener()
-        edited_scene = stand_city(changed, request, like=base.scene)
+        edited_scene = stand_edited(changed, base, request, listener.progress)
         edited = edit_light(base, edited_scene, listener.progress, preview=listener.preview)
         listener.progress()
         end, record = read_clock(), edited.transfer.record

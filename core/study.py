@@ -8,6 +8,8 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
+from functools import partial
+
 from .accuracy.sun_sampling import CityYear, measure_ways
 from .accuracy.trace_run import choose_year, trace_run
 from .city.build_scene import SceneOptions, build_scene
@@ -25,7 +27,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import silent
+from .settings.progress import report_polygons, silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -33,6 +35,8 @@ from .sun.sky_models import choose_sky
 from .sun.sun_sampling import parse_sampling
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
+
+SCENE_STAGE = "building the scene"
 
 
 def check_settings(request):
@@ -122,6 +126,14 @@ def stand_city(city, request, report_share=silent, like=None):
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
+
+
+def stand_edited(city, base, request, progress=silent):
+    """Scene of an edited city, with the site and the lattice of the EditableCity that it was.
+
+    `progress` is told of it, and can stop it.
+    """
+    return stand_city(city, request, partial(report_polygons, progress, SCENE_STAGE, len(city)), base.scene)
 
 
 def read_year(site, request, suns=None):

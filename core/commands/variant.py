@@ -18,7 +18,7 @@ from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
-from ..study import compute_energy, read_year, stand_city
+from ..study import compute_energy, read_year, stand_edited
 from .run_log import RunLog, describe_weather, report_outcome
 from .write_run import Output, Results, write_exports, write_results, write_run
 
@@ -67,7 +67,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             request = replace(
                 request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             )
-        scene = stand_city(city, request, like=base.scene)
+        scene = stand_edited(city, base, request, log.progress)
         edited = edit_light(base, scene, log.progress, request=request)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.

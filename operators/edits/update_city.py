@@ -59,14 +59,14 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         from ...core.light.edit_light import edit_light
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import stand_city
+        from ...core.study import stand_edited
 
         session, seen, request, state, known, before, found = task
         if known is None:
             base = session.base
             imported, city = seen.make()
 
-            scene = stand_city(city, base.request, like=base.scene)
+            scene = stand_edited(city, base, base.request, progress)
 
             def preview(*light):
                 if session.energy is not None and found.empty():

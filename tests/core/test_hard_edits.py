@@ -14,7 +14,7 @@ from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.progress import CancelledError
-from citypv.core.study import place_city, read_year, stand_city, trace_base
+from citypv.core.study import place_city, read_year, stand_city, stand_edited, trace_base
 
 pytestmark = pytest.mark.once
 
@@ -122,10 +122,15 @@ def test_a_hard_edit_is_a_full_run(bases, name):
 def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
     city, base, _ = bases("houses")
     after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
-    scene = stand_city(after, base.request, like=base.scene)
-    whole = edit_light(base, scene, lambda stage, *_: stages.append(stage), preview=lambda *_: None)
+
+    def trace(progress):
+        scene = stand_edited(after, base, base.request, progress)
+        return edit_light(base, scene, progress, preview=lambda *_: None)
+
+    whole = trace(lambda stage, *_: stages.append(stage))
     told = list(dict.fromkeys(stages))
     assert told == [
+        "building the scene",
         "planning effects",
         "comparing patches",
         "sky and reflections",
@@ -142,6 +147,6 @@ def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
                 raise CancelledError
 
         with pytest.raises(CancelledError):
-            edit_light(base, scene, stop, preview=lambda *_: None)
-    again = edit_light(base, scene)
+            trace(stop)
+    again = trace(lambda *_: None)
     assert check_law(base, again, whole) == 0
