@@ -1,6 +1,6 @@
 """Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
 
-from math import inf, isfinite
+from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
@@ -118,8 +118,8 @@ def sort_buildings(rows, seeing):
     last = -inf if seeing.sort_down else inf
 
     def key(row):
-        value = percent_of(row) if seeing.sort_by == "percent" else row[seeing.sort_by]
-        return value if value == value else last  # noqa: PLR0124 of NaN
+        value = percent_of(row)
+        return row[seeing.sort_by] if seeing.sort_by != "percent" else last if isnan(value) else value
 
     return sorted(rows, key=key, reverse=seeing.sort_down)
 

@@ -166,7 +166,7 @@ class Seeing(bpy.types.PropertyGroup):
         name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
     )
     live: BoolProperty(
-        name="Live", description="Compute an edit as soon as it is finished; a newer one cancels it", default=True
+        name="Live", description="Compute an edit as soon as it is finished; a newer one cancels an older", default=True
     )
     sort_by: EnumProperty(name="Sort by", description="Order of the buildings", items=ORDERS, default="change")
     sort_down: BoolProperty(name="Largest first", description="Show the largest first, not the smallest")

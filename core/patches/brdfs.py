@@ -1,11 +1,13 @@
 """Laws of reflection: Lambertian, mirror, glossy, glass.
 
-Each is a dataclass; all but Lambert's, whose directions are `cosine_direction`, have `sample(arriving, draws)`: from
-(n, 3) float and (n, 2 or more) uniform random numbers, one direction `leaving` per row, (n, 3) float64, and its weight
-`share`, (n,) float64: reflected radiance · cosine / density. Its mean is the directional reflectance, `albedo` its
-upper bound.
-Directions are unit vectors in the local frame of the surface, whose normal is z; both point away from it: `arriving`
-points to where the light comes from.
+Each is a dataclass. Lambert's directions are those of `cosine_direction`; the others have
+
+    sample(arriving, draws)      from (n, 3) float and (n, 2 or more) uniform random numbers: one sampled direction
+                                 `leaving` per row, (n, 3) float64, and its sample weight `share`, (n,) float64
+
+The share is reflected radiance · cosine / density: its mean is the directional reflectance. `albedo` is its upper
+bound. Directions are unit vectors in the local frame of the surface, whose normal is z; both point away from it:
+`arriving` points to where the light comes from.
 """
 
 from dataclasses import dataclass

@@ -24,9 +24,27 @@ MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
 COLOUR_ATTRIBUTE = PREFIX + "colour"
 RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
-CLASS_COLOURS = {  # in the order of the codes
-    "kind": "e69f00 0072b2 56b4e9 cc79a7 5a5a5a b4b4b0 f0e442",
-    "orientation": "b4b4b0 0072b2 009e73 d55e00 cc79a7 56b4e9 f0e442 e69f00 000000",
+CLASS_COLOURS = {
+    "kind": {
+        "facade": "e69f00",
+        "roof": "0072b2",
+        "flat": "56b4e9",
+        "steep": "cc79a7",
+        "downward": "5a5a5a",
+        "ground": "b4b4b0",
+        "rack": "f0e442",
+    },
+    "orientation": {
+        "none": "b4b4b0",
+        "north": "0072b2",
+        "east": "009e73",
+        "south": "d55e00",
+        "west": "cc79a7",
+        "northeast": "56b4e9",
+        "southeast": "f0e442",
+        "southwest": "e69f00",
+        "northwest": "000000",
+    },
 }
 
 
@@ -74,7 +92,7 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     """
     if attribute in CODES:
         names = sorted(CODES[attribute], key=CODES[attribute].get)
-        stops = np.array([srgb_colour(text) for text in CLASS_COLOURS[attribute].split()])
+        stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
         return ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
     chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
     stops = np.array([srgb_colour(text) for text in chosen.split()])

@@ -83,7 +83,7 @@ def test_values_at_the_ends_beyond_and_missing():
 def test_codes_get_the_colour_of_their_class():
     scale = build_scale("kind")
     found = colours_of_values(scale, np.array(list(KIND_CODES.values())))
-    np.testing.assert_allclose(found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].split()])
+    np.testing.assert_allclose(found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].values()])
 
 
 def test_the_solid_view_shows_the_same_colours(shown):
