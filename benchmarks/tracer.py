@@ -32,7 +32,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from citypv.core.commands.plain_scenes import join_parts
-from citypv.core.light.trace_all import trace_all
+from citypv.core.light import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.rays.engines import TREES, VARIABLE
@@ -71,7 +71,7 @@ def trace(scene, suns, engine, threads, record=None, **settings):
             ray_scene._tree = record(ray_scene._tree)
         return ray_scene
 
-    os.environ[VARIABLE], trace_all.FacingScene = engine, open_scene
+    os.environ[VARIABLE], prepare_scene.FacingScene = engine, open_scene
     reports = []
     request = Request(**SETTINGS | settings, threads=threads)
     transfer = trace_gather(scene, suns, request, lambda *report: reports.append(time.process_time()))
