@@ -12,14 +12,14 @@ from .city.classify_city import ClassifyCity, check_place, show_kinds
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import forget_steps
 from .job import share_of_step
-from .light.trace_city import TraceCity, count_rays, keep_light, read_goal, show_round
+from .light.trace_city import TraceCity, keep_light, read_goal, show_round, work_of_trace
 from .result.compute_energy import WeighEnergy
 from .result.summarise import INTERRUPTED
 from .run_step import Step
 from .session import Session, find_city, find_own_city, find_session
 
 LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
-WORTH = 8  # so many times its rays must a trace have for a look before it
+WORTH = 2  # so many times its work must a trace have for a look before it
 STAGE = "first look"
 TOLD = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
 FOLDER = Path(__file__).parents[1] / "examples" / "berlin"
@@ -49,11 +49,12 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     def expect(self, task):
         """Stages of all steps; light takes most of the time."""
         _, request, look, _ = task
-        light = TraceCity.expect(None, (None, request, None))
+        light, first = (one and TraceCity.expect(None, (None, one, None)) for one in (request, look))
         if light is None:
             return None
-        shares = {name: 0.02 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-        shares |= ({STAGE: 0.2} if look else {}) | {name: rays / sum(light.values()) for name, rays in light.items()}
+        shares = {name: 0.03 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
+        work = ({STAGE: sum(first.values())} if look else {}) | light
+        shares |= {name: share / sum(light.values()) for name, share in work.items()}
         return shares | {"electricity": 0.05}
 
     @staticmethod
@@ -112,7 +113,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 def settings_of_look(request):
     """Request of a look at a city, or None where tracing as asked for takes hardly longer."""
     look = replace(request, **LOOK, target_error=None, time_budget=None)
-    worth = request.estimator == "forward" or sum(count_rays(request)) > WORTH * sum(count_rays(look))
+    worth = request.estimator == "forward" or sum(work_of_trace(request)) > WORTH * sum(work_of_trace(look))
     return look if worth else None
 
 

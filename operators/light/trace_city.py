@@ -19,6 +19,8 @@ from ..session import find_city, find_own_city, find_session
 from .plan_trace import OfScene, keep_plan
 
 SUNS_PER_DAY = 12
+# Work of a patch beside its rays to the sky, under each sun, and for each of its points there, in units of such a ray.
+PATCH, SUN, POINT = 175.0, 0.5, 0.1
 
 
 class TraceCity(OfScene, Step, bpy.types.Operator):
@@ -39,13 +41,13 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         return session, request, unread
 
     def expect(self, task):
-        """Rays of each stage; those of the sky also find what reflects to what, those of the suns have reflections."""
+        """Work of each stage: that of the sky also finds what reflects to what, that of the suns has reflections."""
         _, request, _ = task
         if request.estimator == "forward" or wants_rounds(request):
             return None
-        sky, sun = count_rays(request)
-        shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.08, "sky and reflections": 1.0}
-        shares |= {"number of reflections": 0.05, "reflections of the sky": 0.1, "horizon": 0.2}
+        sky, sun = work_of_trace(request)
+        shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.05, "sky and reflections": 1.0}
+        shares |= {"number of reflections": 0.3, "reflections of the sky": 0.05, "horizon": 0.05}
         return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
 
     @staticmethod
@@ -80,11 +82,11 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
 
 
-def count_rays(request):
-    """Rays from each patch to the sky (with what they find of reflections) and to the suns, roughly: two float."""
+def work_of_trace(request):
+    """What tracing a patch takes for the sky and for the suns, roughly, in units of a ray to the sky: two float."""
     way, _, number = request.suns.partition(":")
     suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
-    return 2.0 * request.samples, float(suns * request.shadow_samples)
+    return PATCH + request.samples, suns * (SUN + POINT * request.shadow_samples)
 
 
 def keep_light(context, session, weather, transfer, findings, albedos):  # noqa: PLR0917

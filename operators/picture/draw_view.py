@@ -22,7 +22,8 @@ PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with a
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
-SMALLEST = 0.7  # of that size, at which charts are drawn in a narrow view
+LEGEND = 570  # [pixels] width of the legend and what is left of it
+SMALLEST = 0.7  # of that size, at which legend and charts are drawn in a narrow view
 NAMES = 18  # height above the curves for their names [pixels]
 LINE, LETTERS_OF_NOTE = 15, 84  # of the legend's note: from one line to the next [pixels], and letters on one
 BOXES = 110  # of colours along the bar
@@ -66,7 +67,7 @@ def draw_legend():
     scale = read_scale(city) if city is not None else None
     if scale is None:
         return
-    pixel = bpy.context.preferences.system.ui_scale
+    pixel = max(fit_width(LEGEND), SMALLEST) * bpy.context.preferences.system.ui_scale
     blf.size(0, 11 * pixel)
     lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
@@ -85,6 +86,12 @@ def draw_legend():
     colours = [(*colour, 1.0) for colour in colours_of_values(scale, values).tolist() for _ in range(4)]
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
+
+
+def fit_width(width):
+    """Size, at most 1, at which so many pixels fit into what the sidebar leaves of the current 3D view."""
+    free = bpy.context.region.width - sum(one.width for one in bpy.context.area.regions if one.type == "UI")
+    return min(1.0, free / (width * bpy.context.preferences.system.ui_scale))
 
 
 def draw_box(box, colour):
@@ -113,8 +120,7 @@ def draw_charts():
         return
     whole, region = bpy.context.preferences.system.ui_scale, bpy.context.region
     # At most a third of what the sidebar leaves; where letters would be too small to read, there are none.
-    free = region.width - sum(other.width for other in bpy.context.area.regions if other.type == "UI")
-    share = min(1.0, free / (3 * (WIDTH + 28) * whole))
+    share = fit_width(3 * (WIDTH + 28))
     if share < SMALLEST:
         return
     pixel = share * whole
