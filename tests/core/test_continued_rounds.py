@@ -130,6 +130,7 @@ def test_surfaces_that_a_round_is_not_for_keep_their_own_samples():
         assert scatter[counted].mean() < 0.4 * scatter[still].mean()
 
 
+@pytest.mark.thorough
 def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
     """Three degrees of freedom, since replicates go on."""
     known = np.mean([light_of(in_rounds(seed, DOUBLING).transfer)[0] for seed in range(1, RUNS + 1)], axis=0)
@@ -160,7 +161,7 @@ def test_both_states_of_trees_go_on(bounces):
     assert total.record.rounds == 8
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_rounds_do_not_lower_the_error_by_patch_size():
     """All rounds have the same patches: together they state the error that one run with all their samples states."""
     scene = read_scene([NRW], Request(patch_size=20.0))

@@ -76,7 +76,7 @@ def test_three_houses(bounces):
     assert (np.abs(difference) <= 4 * error + 1e-6).all()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_light_within_a_patch_is_handed_on_from_where_it_lies():
     """Walls that are one patch each hand on their light no worse than walls that are cut into pieces.
 

@@ -15,7 +15,7 @@ def simulate(city, folder, *options):
     return main(["simulate", str(city), *common, *options])
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.once
 def test_both_estimators_give_the_same_year(city, tmp_path):
     """Full load hours of three houses, within the errors that both state."""

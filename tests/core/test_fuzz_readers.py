@@ -159,7 +159,7 @@ def obj(draw):
 
 def run_fuzz(folder, suffix, grammar, count, least):
     """Read so many drawn files; both ends, a city and a refusal, are reached by at least a share of them."""
-    outcomes, count = [], draw_count(count, count // 8)
+    outcomes, count = [], draw_count(count, count // 16)
 
     @thorough(count)
     @given(grammar)
@@ -215,7 +215,7 @@ BOMBS = {  # name: head, piece, how many, what is said
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
 @pytest.mark.parametrize(
-    "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.slow) for name in BOMBS]
+    "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.thorough) for name in BOMBS]
 )
 def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     head, piece, count, said = BOMBS[name]

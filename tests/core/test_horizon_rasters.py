@@ -42,6 +42,9 @@ def write_hills(path, site, west, east, *, factor=1.0, unit="", gap=None):
     return path
 
 
+WHOLE = pytest.param(-180, 180, (180, -180), marks=pytest.mark.thorough)
+
+
 def look(path, longitude):
     place = (LATITUDE, longitude)
     return horizon_of_terrain(read_heights(path, place, 50e3), place, np.full(STEPS, 30.0), 50e3)
@@ -56,7 +59,7 @@ def plain(tmp_path_factory):
 
 @pytest.mark.parametrize(
     ("west", "east", "sites"),
-    [(179.4, 180.6, (180, -180)), (-180.6, -179.4, (180, -180)), (-180, 180, (180, -180)), (0, 360, (0, 350, -10))],
+    [(179.4, 180.6, (180, -180)), (-180.6, -179.4, (180, -180)), (0, 360, (0, 350, -10)), WHOLE],
 )
 def test_the_horizon_is_the_same_at_any_longitude_however_it_is_written(tmp_path, plain, west, east, sites):
     for site in sites:

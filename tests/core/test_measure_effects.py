@@ -142,7 +142,7 @@ def test_errors_are_those_of_pairs_and_of_surfaces_drawn():
 
 @pytest.mark.slow
 @pytest.mark.once
-@pytest.mark.parametrize("trees", [False, True])
+@pytest.mark.parametrize("trees", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_whole_runs_with_and_without(tmp_path, trees):
     """Clear sky with Perez's horizon: of the houses in the middle of 36, what their square tells and two runs of all.
 

@@ -59,7 +59,7 @@ def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own
     assert len(seeds) == 2500
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_variance_falls_with_the_number_of_rounds_and_is_stated():
     """Scatter of six merged runs on some thousand surfaces, against single rounds and against what is stated."""
     single = [light_of(traced(seed, 0)) for seed in range(RUNS)]

@@ -85,7 +85,7 @@ def files(tmp_path_factory):
     return large_files(tmp_path_factory.mktemp("large"))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(slice(3, 5), marks=pytest.mark.once)])
+@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(slice(3, 5), marks=pytest.mark.thorough)])
 def test_reading_is_told(files, number):
     """Several files are one stage, packed ones as well."""
     paths, kept = files[number] if isinstance(number, slice) else [files[number]], Kept()

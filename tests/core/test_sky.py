@@ -65,7 +65,9 @@ def open_plane(tilt, azimuth):
 
 @pytest.mark.slow
 @pytest.mark.once
-@pytest.mark.parametrize("station", STATIONS)
+@pytest.mark.parametrize(
+    "station", [name if name == "Barrow" else pytest.param(name, marks=pytest.mark.thorough) for name in STATIONS]
+)
 def test_a_year_on_open_planes(station):
     """Annual sums of the program's own chain under both skies: pvlib's to rounding in the same weather; in pvlib's own
     reading of the file within 0.2 %. Each station has every other plane, the second one

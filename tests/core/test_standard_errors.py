@@ -140,6 +140,7 @@ def test_light_that_only_slopes_and_light_that_is_even():
     assert variance_of_neighbours(np.ones((1, 16), np.float32)) == 0
 
 
+@pytest.mark.thorough
 def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
     suns, effects = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]]), {"sky-rays": True, "shadow-rays": True}

@@ -148,7 +148,7 @@ def test_the_sky_through_a_roof_of_leaves():
     assert transfer.visible_share.mean(axis=0) == pytest.approx(np.exp([-0.6, -1.0]), abs=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.once
 def test_gather_and_forward_agree_behind_a_tree():
     """Both attenuate every segment: sky, sun, and light between wall and floor."""

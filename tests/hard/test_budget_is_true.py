@@ -103,7 +103,7 @@ def assert_shares(found):
     assert 0.8 <= np.sqrt(squares / groups) <= np.sqrt(3)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_other_suns_albedos_and_reflections_hold():
     found = []
     for number, (way, *light) in enumerate([("days:3", 0.6, 5), ("days:12", 0.1, 1), ("typical-days:4", 0.4, 2)]):

@@ -41,7 +41,7 @@ def hours_of(scene, weather, request):
     return hours, energy.full_load_hours_standard_error[chosen], rms * hours
 
 
-@pytest.mark.parametrize(("suns", "least"), [("days:24", 0.8), ("days:4", 0.5)])
+@pytest.mark.parametrize(("suns", "least"), [pytest.param("days:24", 0.8, marks=pytest.mark.thorough), ("days:4", 0.5)])
 def test_the_stated_error_is_as_large_as_the_error(town, suns, least):
     """Over all surfaces and seeds.
 

@@ -42,7 +42,7 @@ def test_below_a_house_that_floats_it_is_as_light_as_paths_say(floor):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ground", "floor"), [("plain", 1.0), ("bowl", 2.0)])
+@pytest.mark.parametrize(("ground", "floor"), [("plain", 1.0), pytest.param("bowl", 2.0, marks=pytest.mark.thorough)])
 def test_gather_is_forward_below_a_house_that_floats(ground, floor):
     """Diffuse and direct light of the ground under it, of its floor and its walls."""
     scene = over_a_bowl(floor) if ground == "bowl" else scene_of(house(floor), plain=[*BELOW, *AROUND])

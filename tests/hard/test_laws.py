@@ -21,7 +21,7 @@ from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.law
 
-SCENES = draw_count(200, 30, 4)
+SCENES = draw_count(200, 12, 4)
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
 GRAZING = 1  # of some 57 surfaces × 4 suns
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share", "direct_reflected")

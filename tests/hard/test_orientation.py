@@ -244,7 +244,7 @@ def turned_by_volume(name):
         return turned(read_city([name]))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_no_lit_face_of_manhattan_is_turned_to_the_dark():
     """By another caster: what the volumes propose turns 51 triangles away from the sky, 1,180 m²; the rays turn none,
     and keep two thirds of those that are rightly turned."""

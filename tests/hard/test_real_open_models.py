@@ -89,7 +89,7 @@ def complaints(town, shares):
     return brighter, darker
 
 
-@pytest.mark.parametrize("town", TOWNS)
+@pytest.mark.parametrize("town", [pytest.param("Manhattan", marks=pytest.mark.thorough), "North Rhine"])
 def test_the_second_caster_is_right(town):
     """What Embree says to it is what every triangle tried in float64 says, but where two faces coincide: of a party
     wall, met from within, either side may answer."""

@@ -116,7 +116,7 @@ def compare(gather, paths):
 
 @pytest.mark.parametrize(("name", "group", "bias", "later"), [
     pytest.param("Manhattan", "walls", 0.005, 0.03, marks=pytest.mark.thorough),
-    ("Berlin", "walls", 0.005, 0.03),
+    pytest.param("Berlin", "walls", 0.005, 0.03, marks=pytest.mark.thorough),
     ("Berlin", "roofs", 0.01, 0.03),
 ])  # fmt: skip
 def test_reflected_light_is_that_of_paths(name, group, bias, later):
