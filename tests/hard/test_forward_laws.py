@@ -13,7 +13,7 @@ from thorough import draw_count
 from citypv.core.city.refine import refine_triangles
 from citypv.core.photons import trace_sources
 
-SCENES = draw_count(200, 6, 4)
+SCENES = draw_count(200, 12, 4)
 law = settings(law_of_gather, max_examples=SCENES)
 
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
