@@ -22,7 +22,7 @@ PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with a
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
-LEGEND = 570  # [pixels] width of the legend and what is left of it
+LEGEND = 600  # [pixels] width of the legend and what is left of it
 SMALLEST = 0.7  # of that size, at which legend and charts are drawn in a narrow view
 NAMES = 18  # height above the curves for their names [pixels]
 LINE, LETTERS_OF_NOTE = 15, 84  # of the legend's note: from one line to the next [pixels], and letters on one
@@ -67,12 +67,13 @@ def draw_legend():
     scale = read_scale(city) if city is not None else None
     if scale is None:
         return
-    pixel = max(fit_width(LEGEND), SMALLEST) * bpy.context.preferences.system.ui_scale
+    whole = bpy.context.preferences.system.ui_scale
+    pixel = max(fit_width(LEGEND), SMALLEST) * whole
     blf.size(0, 11 * pixel)
     lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
     deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
-    left, bottom, width, height = 76 * pixel, 46 * pixel + deep, 440 * pixel, 16 * pixel
+    left, bottom, width, height = 76 * whole, 46 * pixel + deep, 440 * pixel, 16 * pixel
     across = max(width, *(blf.dimensions(0, line)[0] for line in lines))
     draw_box((left - 26 * pixel, bottom - deep, across + 52 * pixel, height + deep + 34 * pixel), PAPER)
     write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
