@@ -16,7 +16,7 @@ from memory_of_reading import memory_of_refusal
 from thorough import draw_count
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.read import parse_xml
+from citypv.core.read import collect_shapes, parse_xml
 from citypv.core.read.open_input import LARGEST_GAIN
 from citypv.core.read.read_city import READERS, read_city
 from citypv.core.settings.errors import InputError
@@ -226,6 +226,18 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     problem, grown = memory_of_refusal(tmp_path / name)
     assert said in problem
     assert grown < (1 if "json" in name else 1.2) * 2**30
+
+
+def test_many_instances_of_a_template_are_refused(tmp_path, monkeypatch):
+    """As the bomb is, and read where they are as many as are allowed."""
+    placed = {"a": house(*[instance()] * 10)}
+    (tmp_path / "city.json").write_text(json.dumps(model(placed, **TEMPLATES)), encoding="utf-8")
+    count = 10 * len(TEMPLATES["geometry-templates"]["templates"][0]["boundaries"])
+    monkeypatch.setattr(collect_shapes, "MOST_PLACED", count)
+    assert len(read_city(tmp_path / "city.json")) == len(FACES)  # all stand in one place
+    monkeypatch.setattr(collect_shapes, "MOST_PLACED", count - 1)
+    with pytest.raises(InputError, match="template instances have more than"):
+        read_city(tmp_path / "city.json")
 
 
 def test_a_long_row_of_other_objects_is_no_bomb(tmp_path, monkeypatch):
