@@ -32,7 +32,6 @@ def trace_city(city, **settings):
     return split_errors(transfer, weather, compute_energy(transfer, weather, request)), seconds
 
 
-@pytest.mark.thorough
 def test_predictions_are_those_of_runs(tmp_path, capfd):
     """Errors within a factor of 1.5, seconds of 2 while other work goes on: of towers amid low houses, which differ."""
     rows = [house(f"h{k}", (25 * (k % 8), 22 * (k // 8)), (12, 10, 8 + 7 * k % 10)) for k in range(64)]
