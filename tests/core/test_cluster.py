@@ -118,7 +118,6 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     assert transfer.record.request == request.as_dict()
 
 
-@pytest.mark.thorough
 @pytest.mark.once
 def test_what_is_left_out_lies_within_its_bound(tmp_path):
     """Two houses, and a block 1 km long that rises less than 2° behind the fields in the east."""

@@ -15,7 +15,7 @@ from citypv.core.study import compute_energy, place_city, read_year, stand_city,
 pytestmark = pytest.mark.once
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_error_of_a_difference_is_its_scatter():
     """A tower beside nine houses, with 16 seeds: noise that both cities share does not count."""
     city, _ = make("houses")

@@ -121,7 +121,6 @@ def barycentric(generator, count):
     return np.where(outside, 1 - one, one).astype("f4"), np.where(outside, 1 - two, two).astype("f4")
 
 
-@pytest.mark.thorough
 @pytest.mark.once
 def test_standard_error_is_that_of_the_noise():
     """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
