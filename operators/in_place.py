@@ -4,15 +4,16 @@ Where a city was taken from objects of the user, its own object carries the resu
 on the user's objects (`picture.colour_user_meshes`). A city of files hides only those of its faces that they show.
 """
 
-from .attributes import PREFIX
+import numpy as np
+
+from .attributes import PREFIX, read_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
 BUILDINGS = PREFIX + "taken_buildings"  # name of the building that each is; "" if it shows no faces of its own
 TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where one was chosen
 WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
-STAND_IN = PREFIX + "stand_in"
-MASK = "CityPV mask"  # modifier and vertex group of a city of files: faces that objects show
+MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
 METRES = PREFIX + "metres"  # of one unit of Blender's scene
 IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same
@@ -38,7 +39,7 @@ def put_in_place(city, site):
         item.location = [value / city[METRES] for value in site.origin]
         item.scale = (1 / city[METRES],) * 3
     city.hide_set(True)
-    city.hide_render = True
+    city.hide_render = city.hide_select = True
 
 
 def list_taken(city):
@@ -46,6 +47,15 @@ def list_taken(city):
     there = {item for scene in city.users_scene for item in scene.objects}
     numbers = city.get(TAKEN) or city.get(WEARERS) or {}
     return [(int(number), item, city[BUILDINGS][int(number)]) for number, item in numbers.items() if item in there]
+
+
+def list_worn(city):
+    """Which faces of a city objects show: list of (object, building, (k,) int of the city, (k,) int of the object)."""
+    found = []
+    for number, item, building in list_taken(city):
+        faces = np.flatnonzero(read_face_attribute(city.data, OBJECT) == number)
+        found.append((item, building, faces, read_face_attribute(city.data, FACE)[faces]))
+    return found
 
 
 def is_single(mesh):

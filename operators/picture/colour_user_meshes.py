@@ -3,16 +3,13 @@
 Where the faces of an object are those of its mesh, the mesh gets the results as face attributes, and the colour
 attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances) have
 no place for results of each face: while colours are shown, they are drawn as lines, and can be moved as before; the
-city's faces stand in for them.
+city's own object shows their faces.
 """
 
-import bmesh
-import bpy
 import numpy as np
 
 from ..attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
-from ..city.build_meshes import remove_objects
-from ..in_place import FACE, MASK, OBJECT, STAND_IN, is_in_place, is_single, list_taken
+from ..in_place import MASK, is_in_place, is_single, list_taken, list_worn
 from .colour_faces import COLOUR_ATTRIBUTE, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
@@ -24,24 +21,18 @@ FEW = 3  # names shown
 
 def colour_user_meshes(city):
     """Show the colours of a city on the objects that it was taken from; the panel names those that a copy covers."""
-    number_of_face, own_face = read_face_attribute(city.data, OBJECT), read_face_attribute(city.data, FACE)
-    own = np.zeros(len(city.data.polygons), bool)
-    names = []
-    for number, item, building in list_taken(city):
-        triangles = np.flatnonzero(number_of_face == number)
-        faces, single = own_face[triangles], building and is_single(item.data)
-        if single and len(faces) and faces.max() < len(item.data.polygons):
+    own, names = np.zeros(len(city.data.polygons), bool), []
+    for item, building, triangles, faces in list_worn(city):
+        if building and is_single(item.data) and len(faces) and faces.max() < len(item.data.polygons):
             write_on_mesh(city.data, item.data, triangles, faces)
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
             if HIDDEN not in item:
                 item[HIDDEN], item.display_type = item.display_type, "WIRE"
-    remove_stand_in(city)
-    if not is_in_place(city):
-        mask_faces(city, own)
-    elif not own.all():
-        add_stand_in(city, own)
+    mask_faces(city, own)
+    if is_in_place(city):
+        city.hide_set(bool(own.all()))
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
     reason = "lines around a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
     city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
@@ -61,7 +52,8 @@ def uncolour_user_meshes(city):
             colours.active_color_name = item.data[BEFORE]
             del item.data[BEFORE]
         item.data.update()
-    remove_stand_in(city)
+    if is_in_place(city):
+        city.hide_set(True)
     city[WORN], city[STAND_INS] = False, ""
 
 
@@ -112,16 +104,8 @@ def write_on_mesh(source, mesh, triangles, faces):
     mesh.update()
 
 
-def remove_stand_in(city):
-    """Remove the object that stands in for those without faces of their own, if there is one."""
-    item = city.get(STAND_IN)
-    if item is not None:
-        del city[STAND_IN]
-        remove_objects(item)
-
-
 def mask_faces(city, own):
-    """Let objects show these faces of a city of files, (f,) bool, in its place; pictures show all of the city."""
+    """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the city."""
     mesh = city.data
     inside = np.zeros(len(mesh.vertices), bool)
     corners, total = read_corners(mesh), read_array(mesh.polygons, "loop_total", dtype=np.int32)
@@ -136,27 +120,3 @@ def mask_faces(city, own):
         mask = city.modifiers.new(MASK, "MASK")
         mask.vertex_group, mask.invert_vertex_group, mask.show_render = MASK, True, False
     mask.show_viewport = bool(inside.any())
-
-
-def add_stand_in(city, own):
-    """Show the faces of a city that are on no mesh of the user.
-
-    Parameters
-    ----------
-    city : bpy.types.Object
-    own : (f,) bool
-        Faces that are on one.
-    """
-    mesh, shape = city.data.copy(), bmesh.new()
-    shape.from_mesh(mesh)
-    shape.faces.ensure_lookup_table()
-    bmesh.ops.delete(shape, geom=[shape.faces[k] for k in np.flatnonzero(own).tolist()], context="FACES")
-    shape.to_mesh(mesh)
-    shape.free()
-    item = bpy.data.objects.new(f"{city.name} stand-in", mesh)
-    mesh.name = item.name
-    item[PREFIX + "part"] = "stand_in"
-    item.matrix_world = city.matrix_world
-    item.location, item.scale = city.location, city.scale
-    city.users_collection[0].objects.link(item)
-    city[STAND_IN] = item

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import bmesh
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
@@ -10,7 +11,7 @@ from mathutils.bvhtree import BVHTree
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
 from ..city.read_settings import read_settings
-from ..in_place import STAND_IN, is_in_place, list_taken
+from ..in_place import list_taken
 from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
 from ..members import check_unedited
 from ..run_step import Action, leave_edit_mode, list_views
@@ -18,7 +19,7 @@ from ..session import find_city
 from .select_faces import gather_selection, select_faces
 
 PROBE = PREFIX + "probe"
-NEAR = 0.1  # [m] from where an object of the user is hit to the city's own face
+NEAR = 0.1  # [m] from what is hit to the city's own face
 MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
@@ -87,17 +88,15 @@ def find_region(context, event):
 def hit_face(context, origin, direction):
     """Face of the city that a ray hits first, -1 if it hits something else or nothing."""
     city, _ = find_city(context.scene)
-    graph = context.evaluated_depsgraph_get()
-    hit, place, _, face, item, _ = context.scene.ray_cast(graph, origin, direction)
-    if not hit or not is_in_place(city):
-        return face if hit and item.original == city else -1
-    # The city itself is hidden: what is hit is an object that it was taken from, or the one that stands in.
-    if item.original not in {city.get(STAND_IN), *(own for _, own, _ in list_taken(city))}:
+    hit, place, _, _, item, _ = context.scene.ray_cast(context.evaluated_depsgraph_get(), origin, direction)
+    if not hit or item.original not in {city, *(own for _, own, _ in list_taken(city))}:
         return -1
-    tree = BVHTree.FromPolygons([v.co for v in city.data.vertices], [p.vertices for p in city.data.polygons])
-    inward = city.matrix_world.inverted()
-    _, _, nearest, distance = tree.find_nearest(inward @ place)
-    return nearest if nearest is not None and distance < NEAR else -1
+    # Objects show some of its faces in its place, so that those seen have other numbers.
+    shape = bmesh.new()
+    shape.from_mesh(city.data)
+    _, _, nearest, _ = BVHTree.FromBMesh(shape).find_nearest(city.matrix_world.inverted() @ place, NEAR)
+    shape.free()
+    return -1 if nearest is None else nearest
 
 
 def find_surfaces(city, face, selected, *, whole=False):

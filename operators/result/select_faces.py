@@ -6,7 +6,7 @@ import numpy as np
 from ...core.settings.errors import InputError, count_of, list_some
 from ..attributes import PREFIX, read_array, read_face_attribute
 from ..city.build_meshes import BUILDINGS
-from ..in_place import FACE, OBJECT, is_in_place, is_seen, list_taken
+from ..in_place import is_in_place, is_seen, list_worn
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city
 from .keep_report import describe_row, find_faces, find_row, read_rows
@@ -36,9 +36,11 @@ def select_faces(context, item, chosen):
     # Where it was taken from objects of the user: those with chosen faces are selected, and these faces of them.
     parts = [(item, chosen)]
     if is_in_place(item):
-        number, face = (read_face_attribute(item.data, name)[chosen] for name in (OBJECT, FACE))
-        own_faces = [(own, face[number == place]) for place, own, building in list_taken(item) if building]
-        parts = [(own, np.isin(np.arange(len(own.data.polygons)), faces)) for own, faces in own_faces if len(faces)]
+        parts = [
+            (own, np.isin(np.arange(len(own.data.polygons)), faces[chosen[rows]]))
+            for own, building, rows, faces in list_worn(item)
+            if building
+        ]
     for own, faces in parts:
         if faces.any() and (own == item or own.visible_get()):
             mark_faces(own.data, faces)
@@ -59,13 +61,10 @@ def gather_selection(context, item):
     leave_edit_mode(context)
     if not is_in_place(item) or (item.get(HIGHLIGHT) and not edited):
         return read_selection(item.data)
-    number, face = (read_face_attribute(item.data, name) for name in (OBJECT, FACE))
-    chosen = np.zeros(len(number), bool)
-    for place, own, building in list_taken(item):
-        if not building or not (own in edited if edited else own.select_get()):
-            continue
-        rows = np.flatnonzero(number == place)
-        chosen[rows] = read_selection(own.data)[face[rows]] if edited else True
+    chosen = np.zeros(len(item.data.polygons), bool)
+    for own, building, rows, faces in list_worn(item):
+        if building and (own in edited if edited else own.select_get()):
+            chosen[rows] = read_selection(own.data)[faces] if edited else True
     return chosen
 
 

@@ -36,7 +36,7 @@ def town(addon):
 
 
 def check_probe(city, session, town):
-    """A ray finds the face of an object and of a stand-in; selected objects are probed together."""
+    """A ray finds the face of an object and of the city beside it; selected objects are probed together."""
     bpy.context.view_layer.update()
     for above, building in (((100, 0, 50), "House"), ((140, 40, 50), "Two"), ((110, 80, 50), "Row")):
         face = hit_face(bpy.context, above, (0, 0, -1))
@@ -83,17 +83,16 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
         assert [slot.material for slot in item.material_slots] == before[name]
         assert list(item.data.materials) == before[name]
         assert item.visible_get() and (item.display_type == "WIRE") == (name not in ("House", "Turned"))
-    assert not city.visible_get() and city.hide_render
-    assert is_seen(city)
-    stand_in = city["citypv_stand_in"]
-    points, own = read_vertices(stand_in), read_vertices(town["Two"])
-    assert points[:, 1].min() == pytest.approx(36, abs=1e-4)
-    assert own[:, 1].min() == pytest.approx(36, abs=1e-4)
-    # Two boxes of one mesh, and the two of the array.
-    assert len(np.unique(read_face_attribute(stand_in.data, "surface"))) == 24
+    assert city.hide_render and is_seen(city)
+    # Of the city itself two boxes of one mesh are seen, and the two of the array.
+    bpy.context.view_layer.update()
+    rest = city.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    assert city.visible_get() and len(np.unique(read_face_attribute(rest.data, "surface"))) == 24
+    for item in (rest, town["Two"]):
+        assert read_vertices(item)[:, 1].min() == pytest.approx(36, abs=1e-4)
     addon.show_colours = False
     assert all(item.display_type == "TEXTURED" for item in town.values())
-    assert "citypv_stand_in" not in city
+    assert not city.visible_get()
     assert town["House"].data.color_attributes.active_color_name == "mine"
     assert "citypv_colour" not in town["House"].data.color_attributes
     assert town["Turned"].data.color_attributes.active_color_name == ""
@@ -112,7 +111,7 @@ def test_undo_takes_the_colours_off_again(addon, town):
     assert bpy.ops.ed.undo() == {"FINISHED"}
     city = here()
     assert "citypv_colour" not in bpy.data.objects["House"].data.color_attributes
-    assert bpy.data.objects["Row"].display_type == "TEXTURED" and "citypv_stand_in" not in city
+    assert bpy.data.objects["Row"].display_type == "TEXTURED" and not city.visible_get()
     assert find_session(city).scene is None
     assert bpy.ops.ed.redo() == {"FINISHED"}
     assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
