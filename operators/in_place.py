@@ -34,10 +34,9 @@ def is_seen(city):
 
 
 def put_in_place(city, site):
-    """Move a city and its ground from the scene's origin to the objects it was taken from; hide the city."""
-    for item in filter(None, (city, city.get(PREFIX + "ground"))):
-        item.location = [value / city[METRES] for value in site.origin]
-        item.scale = (1 / city[METRES],) * 3
+    """Move a city with its ground from the scene's origin to the objects it was taken from; hide the city."""
+    city.location = [value / city[METRES] for value in site.origin]
+    city.scale = (1 / city[METRES],) * 3
     city.hide_set(True)
     city.hide_render = city.hide_select = True
 

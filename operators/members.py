@@ -36,7 +36,7 @@ from .session import find_session
 LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
 REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
 MESH, RESHAPED = PREFIX + "shape", PREFIX + "edited"  # digest of its own mesh, and whether that is another one now
-GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground, two digests
+GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
 FAMILY, VARIANT = PREFIX + "family", PREFIX + "variant"  # shared by all variants; what this one is called
 DESIGN, REDESIGNED = PREFIX + "design", PREFIX + "redesigned"  # the same of all else that it consists of
 OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
@@ -47,8 +47,6 @@ POLYGONS = PREFIX + "polygons"  # ids of the polygons that it was made of; a fac
 ORIGINAL = PREFIX + "original"  # digest of the shape in which it was made of a building of the files
 POLYGON = "polygon"
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
-PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")  # properties of modifiers that count, but for those of panels
-UNSEEN = ("show_expanded", "is_active")
 
 
 def begin_design(city, earlier=None):
@@ -139,29 +137,24 @@ def originals_of(city, seen):
 
 
 def describe_object(city, item):
-    """Digest of an object's place, mesh and modifiers: bytes. The place is relative to a city of files."""
+    """Digest of an object's place and shape: bytes. The place is relative to a city of files."""
     digest, matrix = hashlib.sha256(), np.array(item.matrix_world)
     if not is_in_place(city):
         matrix[:3, 3] -= np.array(city.location)
     digest.update(matrix.tobytes())
-    digest.update(describe_shape(item))
+    digest.update(describe_shape(city, item))
     for part in item.instance_collection.all_objects if item.instance_collection else ():
-        digest.update(np.array(part.matrix_world).tobytes() + describe_shape(part))
+        digest.update(np.array(part.matrix_world).tobytes() + describe_shape(city, part))
     return digest.digest()
 
 
-def describe_shape(item):
-    """Mesh and modifiers of an object, wherever it stands: bytes."""
-    told = []
-    if item.type == "MESH":
-        told += [read_array(item.data.vertices, "co", 3).tobytes(), read_corners(item.data).tobytes()]
-        graph = item.users_scene[0].view_layers[0].depsgraph if item.users_scene else None
-        if graph is not None and any(one.type == "NODES" for one in item.modifiers):
-            told.append(read_array(item.evaluated_get(graph).data.vertices, "co", 3).tobytes())  # their inputs count
-    for modifier in own_modifiers(item):
-        kept = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
-        told.append(repr([str(getattr(modifier, name)) for name in kept if name not in UNSEEN]).encode())
-    return b"".join(told)
+def describe_shape(city, item):
+    """Mesh of an object beside a city after the user's modifiers, wherever it stands: bytes."""
+    if item.type != "MESH":
+        return b""
+    if own_modifiers(item) and city.users_scene:
+        item = item.evaluated_get(city.users_scene[0].view_layers[0].depsgraph)
+    return read_array(item.data.vertices, "co", 3).tobytes() + read_corners(item.data).tobytes()
 
 
 def own_modifiers(item):
@@ -178,21 +171,17 @@ def describe_mesh(city):
     """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the sun."""
     digest = hashlib.sha256()
     if not is_in_place(city):
-        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + describe_shape(city))
+        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + describe_shape(city, city))
     return digest.hexdigest()
 
 
 def describe_ground(city):
-    """Digests of a city's ground as it lies in the scene, and as it lies below the city: list of str.
-
-    Empty without a ground in the scene: then no other is seen. The two may be moved together, and the city alone.
-    """
+    """Digest of a city's ground as it lies below the city: str; "" without one in the scene: then no other is seen."""
     ground = city.get(PREFIX + "ground")
     if ground is None or not ground.users_scene:
-        return []
-    places, shape = [np.array(ground.matrix_basis) for _ in range(2)], describe_shape(ground)
-    places[1][:3, 3] -= np.array(city.location)
-    return [hashlib.sha256(matrix.round(4).tobytes() + shape).hexdigest() for matrix in places]
+        return ""
+    place = np.array(ground.matrix_basis).round(4)
+    return hashlib.sha256(place.tobytes() + describe_shape(city, ground)).hexdigest()
 
 
 def name_faces(item, building):

@@ -26,12 +26,13 @@ def build_meshes(scene, name="City"):
     city : bpy.types.Object
         The faces are the triangles of the surfaces, in their order.
     ground : bpy.types.Object or None
-        The triangles that belong to no surface; None where there are none.
+        The triangles that belong to no surface, moved with the city; None where there are none.
     """
     generated, city = surface_of_triangles(scene) < 0, build_city(scene, name)
     if not generated.any():
         return city, None
     city[PREFIX + "ground"] = ground = _build_object("Ground", "ground", scene, generated)
+    ground.parent = city
     return city, ground
 
 

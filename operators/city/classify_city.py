@@ -96,8 +96,7 @@ def show_kinds(context, before, session, findings, seen=None):
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
     shift = turn_to_true_north(np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence)[0]  # [m]
-    for new in filter(None, (item, ground)):
-        new.location = np.array(old.location) + shift
+    item.location = np.array(old.location) + shift
     for key in OF_CITY:
         if key in old:
             item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]

@@ -110,7 +110,7 @@ def copy_variant(city, ground):
     copy = copies[city]
     copy[IDENTITY], copy[AGAINST] = uuid.uuid4().hex, city[IDENTITY]
     if ground is not None:
-        copy[PREFIX + "ground"] = copies[ground]
+        copy[PREFIX + "ground"], copies[ground].parent = copies[ground], copy
     for item in members:
         copies[item][OWNER], copies[item][BUILDING] = copy[IDENTITY], names.get(item, item.get(BUILDING, item.name))
     remember_wearers(copy, [(copies[item], building) for _, item, building in list_taken(city)])

@@ -42,6 +42,7 @@ TICK = 0.1  # [s]
 def follow_undo(scene, *_):
     """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
     match_view(bpy.context)
+    bpy.context.view_layer.update()
     for city in list_cities(scene):
         note_edits(city)
 
@@ -70,8 +71,8 @@ def note_edits(city, *, own=True):
         return
     if own:
         note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
-        now, laid = ({*digests} for digests in (describe_ground(city), city.get(GROUND, ())))
-        note_change(city, RELAID, bool(now and laid and not now & laid))
+        now, laid = describe_ground(city), city.get(GROUND)
+        note_change(city, RELAID, bool(now and laid and now not in laid))
     note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
 
 
