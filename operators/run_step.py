@@ -81,8 +81,9 @@ class Step:
 
     Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
     modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
-    of use by itself (the suns that were traced), or changes nothing. After Esc twice it changes nothing in any case.
-    Work ends at its next report, which may be far in a large city.
+    of use by itself (the suns that were traced), or changes nothing. Work ends at its next report, which may be far in
+    a large city. After Esc twice the step ends at once and changes nothing in any case: so `work` must not change what
+    others see.
     """
 
     bl_options = {"REGISTER", "UNDO"}
@@ -140,7 +141,7 @@ class Step:
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
             self._show_progress(context)
-            if not self._job.running:
+            if self._job.dropped or not self._job.running:
                 return self._end(context)
         return {"PASS_THROUGH"}
 
@@ -190,7 +191,7 @@ class Step:
 
 
 class CancelStep(bpy.types.Operator):
-    """Cancel the running step, keeping the suns traced so far; press again to discard them"""
+    """Cancel the running step, keeping the suns traced so far; press again to discard them at once"""
 
     bl_idname, bl_label = "citypv.cancel", "Cancel"
 

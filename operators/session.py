@@ -28,7 +28,6 @@ class Session:
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
-    round: Any = None  # (Transfer, Energy) of the last round of a trace that goes on, until it is shown
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
     told: Any = None  # of an edit: what was found, to be shown again without tracing
     state: Any = None  # of an edit: design of the city and settings of the energy that it was found for

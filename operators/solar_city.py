@@ -11,7 +11,6 @@ from ..core.settings.progress import CancelledError, silent
 from .city.classify_city import ClassifyCity, check_place, show_kinds
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import forget_steps
-from .job import share_of_step
 from .light.trace_city import TraceCity, keep_light, read_goal, show_round, work_of_trace
 from .result.compute_energy import WeighEnergy
 from .result.summarise import INTERRUPTED
@@ -53,8 +52,8 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         if light is None:
             return None
         shares = {name: 0.03 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-        work = ({STAGE: sum(first.values())} if look else {}) | light
-        shares |= {name: share / sum(light.values()) for name, share in work.items()}
+        work = {f"{STAGE}: {name}": share for name, share in first.items()} if look else {}
+        shares |= {name: share / sum(light.values()) for name, share in (work | light).items()}
         return shares | {"electricity": 0.05}
 
     @staticmethod
@@ -68,18 +67,16 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         _, session, _, findings = ClassifyCity.work((session, None, request), progress)
         found.put(("kinds", (session, findings)))
         if look:
-            found.put((STAGE, take_look(session, look, progress)))
-        traced = TraceCity.work((session, request, []), progress)
-        # After a cancellation the suns that were traced are still weighed.
-        telling = silent if traced[2].record.interrupted else progress
-        return traced, WeighEnergy.work((replace(session, transfer=traced[2]), None, request), telling)
+            seen = trace_and_weigh(session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found)
+            if seen[0][1].transfer.record.interrupted:
+                raise CancelledError  # nothing of it is kept
+            found.put((STAGE, seen))
+        return trace_and_weigh(session, request, progress, found)
 
     def refine(self, context):
-        """Show the next result, or the last round of the trace."""
+        """Show the next result, or the next round of the trace."""
         if not self._found.empty():
             self._show_next(context)
-        elif len(self._shown) > 1:
-            show_round(context, find_session(find_city(context.scene)[0]))
 
     def finish(self, context, result):
         """Show what the steps show, in their order."""
@@ -89,7 +86,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
     def name_kept(self):
         """What is shown so far."""
-        return ", ".join(self._shown)
+        return ", ".join(dict.fromkeys(self._shown))
 
     def _show_next(self, context):
         name, result = self._found.get()
@@ -98,6 +95,8 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
             self._session = find_session(find_city(context.scene)[0])
         elif name == "kinds":
             show_kinds(context, self._session, *result)
+        elif name == "rounds":
+            show_round(context, *result)
         else:  # the light of a first look is still to be traced
             self._show_light(context, *result)
             city, _ = find_own_city(context.scene, result[0][0])
@@ -117,39 +116,12 @@ def settings_of_look(request):
     return look if worth else None
 
 
-def take_look(session, request, progress):
-    """Trace and weigh a city with few rays, as one stage of a longer task.
-
-    Parameters
-    ----------
-    session : Session
-        With its scene.
-    request : core.request.Request
-        Of `settings_of_look`.
-    progress : callable
-        See `core.progress`.
-
-    Returns
-    -------
-    traced, weighed : tuple
-        Of `TraceCity.work` and `WeighEnergy.work`.
-
-    Raises
-    ------
-    CancelledError
-        At any report: nothing of it is kept.
-    """
-    stages, share = TraceCity.expect(None, (session, request, None)) | WeighEnergy.stages, 0.0
-
-    def report(stage, done, total, unit):
-        nonlocal share
-        share = share_of_step(stages, stage, done / total if total else 0.0, share)
-        progress(STAGE, share, 1.0, "")
-
-    traced = TraceCity.work((session, request, []), report)
-    if traced[2].record.interrupted:
-        raise CancelledError
-    return traced, WeighEnergy.work((replace(session, transfer=traced[2]), None, request), report)
+def trace_and_weigh(session, request, progress, found):
+    """What `TraceCity.work` and `WeighEnergy.work` find of a session's scene; if cancelled, of the suns kept."""
+    traced = TraceCity.work((session, request, [], found), progress)
+    transfer = traced[1].transfer
+    telling = silent if transfer.record.interrupted else progress
+    return traced, WeighEnergy.work((replace(session, transfer=transfer), None, request), telling)
 
 
 class BerlinExample(bpy.types.Operator):

@@ -24,7 +24,6 @@ from ..picture.colour_user_meshes import colour_user_meshes
 from ..result.select_faces import HIGHLIGHT, read_selection
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
-from .update_city import update_in_script
 from .watch_edits import note_edits
 
 
@@ -37,7 +36,8 @@ class EditAction(OfCity, Action):
         if done == {"FINISHED"}:
             context.view_layer.update()
             note_edits(find_city(context.scene)[0])
-            update_in_script(context)
+            if bpy.app.background and context.scene.citypv_seeing.live and bpy.ops.citypv.update.poll():
+                bpy.ops.citypv.update()
         return done
 
 

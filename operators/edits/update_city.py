@@ -50,7 +50,6 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         UpdateCity.tried = state = seen.design, repr(request)
         before = find_session(find_before(context.scene, city)) or session
         self._found, self._shown = SimpleQueue(), session
-        self._hours = None if session.energy is None else np.array(session.energy.full_load_hours)
         return session, seen, request, state, find_state(state), before.base, self._found
 
     @staticmethod
@@ -65,7 +64,6 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         if known is None:
             base = session.base
             imported, city = seen.make()
-
             scene = stand_edited(city, base, base.request, progress)
 
             def preview(*light):
@@ -74,10 +72,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             edited = edit_light(base, scene, progress, preview=preview)
-            transfer = edited.transfer
-            known = Session(city=city, imported=imported, scene=scene, base=edited, transfer=transfer, state=state)
-            findings = list_findings(scene, transfer.covered_share)
-            traced = (known, None, transfer, findings, (describe_albedo(scene, base.request), []))
+            known = Session(city, imported, scene, transfer=edited.transfer, base=edited, state=state)
+            findings = list_findings(scene, edited.transfer.covered_share)
+            traced = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = traced, WeighEnergy.work((known, None, request), progress)
         known.change = tell_errors(before, known, known.told[1][1], request)
         return session, seen, known
@@ -95,14 +92,13 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         draft, seen, hours = self._found.get()
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
-        ids = self._shown.transfer.surfaces.surface_id
-        change = values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
+        ids, known = self._shown.transfer.surfaces.surface_id, np.asarray(self._shown.energy.full_load_hours)
+        earlier = known - values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
         show_kinds(context, self._shown, draft, [], seen)
         self._shown = draft
         city, ground = find_own_city(context.scene, draft)
-        earlier = dict(zip(ids, (change - self._hours).tolist(), strict=True))
-        names = draft.scene.surfaces.surface_id
-        change = hours + np.array([earlier.get(name, np.nan) for name in names])
+        before = dict(zip(ids, earlier.tolist(), strict=True))
+        change = hours - [before.get(name, np.nan) for name in draft.scene.surfaces.surface_id]
         city[REDESIGNED], city[PREVIEW] = True, "an estimate; exact numbers follow"
         write_surface_values(city, ground, HOURS, hours)
         write_surface_values(city, ground, CHANGE + HOURS, change)
@@ -119,10 +115,10 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
         asked = {ASKED + step: city[ASKED + step] for step in OF_BASE if ASKED + step in city}
-        told = traced, (_, *energy) = known.told
-        show_kinds(context, self._shown, known, traced[3], seen)
+        traced, (_, *energy) = known.told
+        show_kinds(context, self._shown, known, traced[2], seen)
         keep_light(context, *traced)
-        known.told, UpdateCity.tried = told, None
+        UpdateCity.tried = None
         text = WeighEnergy.finish(self, context, (known, *energy))
         find_city(context.scene)[0].pop(PREVIEW, None)
         for key, value in asked.items():  # the settings are those of the base
@@ -163,12 +159,6 @@ def is_editing(context):
     """Whether the user is in the middle of an edit: moving something, or in edit mode."""
     busy = any(own.bl_idname.startswith(BUSY) for own in context.window.modal_operators)
     return busy or context.mode not in ("OBJECT", "POSE")
-
-
-def update_in_script(context):
-    """Update a city that was edited by a script, as a window does by itself."""
-    if bpy.app.background and context.scene.citypv_seeing.live and bpy.ops.citypv.update.poll():
-        bpy.ops.citypv.update()
 
 
 def tell_errors(before, after, weather, request):

@@ -1,6 +1,7 @@
 """Trace: compute the Transfer of a Scene, in one round or, up to a target or a time, in further ones."""
 
 from dataclasses import replace
+from queue import SimpleQueue
 
 import bpy
 
@@ -15,7 +16,7 @@ from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
 from ..run_step import Step, leave_edit_mode
-from ..session import find_city, find_own_city, find_session
+from ..session import Session, find_city, find_own_city, find_session
 from .plan_trace import OfScene, keep_plan
 
 SUNS_PER_DAY = 12
@@ -38,11 +39,12 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
             request.ground_material = session.ground_material
             names = [session.ground_material, *(session.scene.surfaces.material or [])]
             request.materials, unread = read_finishes(names, session.scene.colours)
-        return session, request, unread
+        self._found = SimpleQueue()
+        return session, request, unread, self._found
 
     def expect(self, task):
         """Work of each stage: that of the sky also finds what reflects to what, that of the suns has reflections."""
-        _, request, _ = task
+        _, request, *_ = task
         if request.estimator == "forward" or wants_rounds(request):
             return None
         sky, sun = work_of_trace(request)
@@ -52,29 +54,31 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Trace; the weather only provides the hours."""
+        """Trace; the weather only provides the hours. Rounds are left in the task's queue, see `trace_rounds`."""
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
         from ...core.study import check_tracing, read_year
 
-        session, request, unread = task
+        session, request, unread, found = task
         check_tracing(request)
         albedos = describe_albedo(session.scene, request)
         compile_loops(progress)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
-        transfer = trace_rounds(session, weather, request, progress)
+        transfer, base = trace_rounds(session, weather, request, progress, found)
         findings = list_findings(session.scene, transfer.covered_share)
-        return session, weather, transfer, findings, (albedos, unread)
+        return session, Session(weather=weather, transfer=transfer, base=base), findings, (albedos, unread)
 
     def refine(self, context):
         """Show the last round."""
-        show_round(context, find_session(find_city(context.scene)[0]))
+        for _, found in [self._found.get() for _ in range(self._found.qsize())][-1:]:
+            show_round(context, *found)
 
     def finish(self, context, result):
         """Keep the light, and show that of the sky."""
-        session, _, transfer, *_ = result
-        interrupted = keep_light(context, *result)
+        session, *_ = result
+        interrupted, transfer = keep_light(context, *result), session.transfer
+        session.energy = session.told = None
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or (
             f"Traced {count_of(len(transfer.surfaces), 'surface')} and {count_of(len(transfer.suns), 'sun')}"
@@ -89,21 +93,21 @@ def work_of_trace(request):
     return PATCH + request.samples, suns * (SUN + POINT * request.shadow_samples)
 
 
-def keep_light(context, session, weather, transfer, findings, albedos):  # noqa: PLR0917
+def keep_light(context, session, found, findings, albedos):
     """Write results that do not depend on weather, and remove those of an earlier weather.
 
     Parameters
     ----------
     context : bpy.types.Context
-    session, weather, transfer, findings, albedos
-        Of `TraceCity.work`.
+    session, found, findings, albedos
+        Of `TraceCity.work`; `session` gets the weather, the transfer and the base that were `found`.
 
     Returns
     -------
     str
         Which suns were traced, if not all.
     """
-    city, ground = find_own_city(context.scene, session)
+    (city, ground), transfer = find_own_city(context.scene, session), found.transfer
     write_results(city, ground, transfer)
     for key in OF_ENERGY:
         city.pop(key, None)
@@ -111,7 +115,7 @@ def keep_light(context, session, weather, transfer, findings, albedos):  # noqa:
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
     remember_step(city, "trace", context.scene.citypv)
-    session.weather, session.transfer, session.energy, session.told = weather, transfer, None, None
+    session.weather, session.transfer, session.base = found.weather, transfer, found.base
     interrupted = transfer.record.interrupted
     city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     return city[INTERRUPTED]
@@ -129,26 +133,29 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
-def trace_rounds(session, weather, request, progress):
-    """Transfer of a session's scene: of one round, or of as many as target and time ask for.
+def trace_rounds(session, weather, request, progress, found):
+    """Trace a session's scene in one round, or in as many as target and time ask for.
 
-    What the rays of a single round met is kept in `session.base`, so that the city can be edited. Every round is left
-    in `session.round`, with the energy that the Transfer of all rounds so far has. The numbers are those of the command
-    line with as many rounds. Cancelled among further rounds, those that are finished are kept.
+    Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far, its energy)). The
+    numbers are those of the command line with as many rounds. Cancelled among further rounds, those that are finished
+    are kept.
 
+    Returns
+    -------
+    transfer : core.light.transfer.Transfer
+    base : core.light.editable_city.EditableCity or None
+        What the rays of a single round met, so that the city can be edited.
     """
     from ...core.accuracy.trace_run import weigh_kept_suns
     from ...core.study import trace_base, trace_scene
 
-    session.base = None
     if not wants_rounds(request) and request.estimator != "gather":
-        return trace_scene(session.scene, weather, request, progress)
+        return trace_scene(session.scene, weather, request, progress), None
     if not wants_rounds(request):
         base = trace_base(session.scene, weather, request, progress)
         if base.transfer.record.interrupted:
-            return weigh_kept_suns(base.transfer, weather.axis)
-        session.base = base
-        return base.transfer
+            return weigh_kept_suns(base.transfer, weather.axis), None
+        return base.transfer, base
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted
     from ...core.light.prepare_scene import prepare_scene
@@ -158,22 +165,17 @@ def trace_rounds(session, weather, request, progress):
         def show(self, transfer):
             # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
             energy = compute_energy(transfer, weather, request)
-            session.round = replace(transfer, visible_share=None, direct_reflected=None), energy
+            found.put(("rounds", (session, replace(transfer, visible_share=None, direct_reflected=None), energy)))
 
     log = Log(None)
     log.progress = progress
     suns = choose_year(weather, request)
     prepared = prepare_scene(session.scene, request, weather=weather, suns=suns, progress=progress)
-    transfer = trace_until_interrupted(session.scene, weather, request, log, None, prepared=prepared)
-    session.round = None
-    return transfer
+    return trace_until_interrupted(session.scene, weather, request, log, None, prepared=prepared), None
 
 
-def show_round(context, session):
-    """Show the last round of a session, if there is a new one: write its results, colour the chosen or the best one."""
-    if session is None or session.round is None:
-        return
-    (transfer, energy), session.round = session.round, None
+def show_round(context, session, transfer, energy):
+    """Show a round of a session's trace: write its results, colour the chosen or the best one."""
     city, ground = find_city(context.scene)
     if find_session(city) is not session:
         return  # the user switched to another city

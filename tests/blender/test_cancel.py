@@ -56,24 +56,29 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     assert not np.array_equal(part, whole, equal_nan=True)
 
 
-def end_of(job, scene=None):
-    """What the modal operator does when its job is over, without a window: what it reports, and in which scenes."""
-    told, scenes = [], []
+def make_step(job, scene=None):
+    """The modal operator of a job without a window; it keeps what it reports, and in which scenes it ends."""
 
     class Stand(Step):
-        bl_label, _job, _scene = "Trace light", job, scene
+        bl_label, _job, _scene, told, scenes = "Trace light", job, scene, [], []
 
         def report(self, level, text):
-            told.append((level, text))
+            self.told.append((level, text))
 
         def finish(self, context, result):
-            scenes.append(context.scene)
+            self.scenes.append(context.scene)
             return f"kept {result}"
 
         def _leave(self, context):
             pass
 
-    return Stand()._end(bpy.context), told, scenes
+    return Stand()
+
+
+def end_of(job, scene=None):
+    """What it does when its job is over."""
+    step = make_step(job, scene)
+    return step._end(bpy.context), step.told, step.scenes
 
 
 def job_that_keeps(cancels):
@@ -113,6 +118,21 @@ def test_escape_keeps_what_is_done_and_twice_nothing():
     job = job_that_keeps(cancels=2)
     assert job.text == "Trace light: ends, and keeps nothing"
     assert end_of(job) == ({"CANCELLED"}, [({"WARNING"}, "Trace light was cancelled; nothing was changed")], [])
+
+
+def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
+    """After Esc once it waits for the next report, since something may be kept."""
+    going, tick = threading.Event(), SimpleNamespace(type="TIMER", value="NOTHING")
+    step = make_step(Job("Trace light", lambda progress: going.wait(60)))
+    step._show_progress = lambda context: None
+    step._job.start()
+    step._job.cancel()
+    assert step.modal(bpy.context, tick) == {"PASS_THROUGH"}
+    step._job.cancel()
+    assert step.modal(bpy.context, tick) == {"CANCELLED"}
+    assert step._job.running and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
+    going.set()
+    step._job.join()
 
 
 # -- cancelled while files are read: nothing is there that was not there before --

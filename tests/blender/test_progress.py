@@ -1,5 +1,7 @@
 """What the panel says of a running step: its stage, the share of the whole step, and the time left once it is known."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 from steps import run
@@ -69,7 +71,7 @@ def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
         assert getattr(bpy.ops.citypv, operator.bl_idname.partition(".")[2])() == {"FINISHED"}
         stages = operator.stages
         if operator is TraceCity:
-            task = TraceCity.prepare(None, bpy.context)
+            task = TraceCity.prepare(SimpleNamespace(), bpy.context)
             stages = TraceCity.expect(None, task)
             assert SUN_STAGE in stages
         seen = list(dict.fromkeys(told))

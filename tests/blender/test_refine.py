@@ -1,5 +1,7 @@
 """Rounds of a trace: shown one by one, the same numbers as on the command line, and kept when cancelled."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -9,11 +11,9 @@ from citypv.core.commands.simulate import simulate
 from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
-from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.light import trace_city
-from citypv.operators.light.trace_city import show_round
-from citypv.operators.session import find_session
+from citypv.operators.light.trace_city import TraceCity, show_round
 
 
 @pytest.fixture
@@ -56,43 +56,39 @@ def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp
     np.testing.assert_allclose(transfer.visible_share, same.visible_share, atol=1e-6)
 
 
-def test_every_round_is_written_on_the_faces(goal, monkeypatch):
-    city = here()
-    session, shown = find_session(city), []
+def test_every_round_is_written_on_the_faces(goal):
+    city, shown = here(), []
+    task = TraceCity.prepare(SimpleNamespace(), bpy.context)
 
     def progress(stage, done, total, unit):
         # As the timer of the window does.
-        if session.round is not None:
-            expected = session.round[1].full_load_hours
-            show_round(bpy.context, session)
+        rounds = [task[-1].get()[1] for _ in range(task[-1].qsize())]
+        for session, transfer, energy in rounds[-1:]:
+            expected = energy.full_load_hours
+            show_round(bpy.context, session, transfer, energy)
             faces = read_face_attribute(city.data, "surface")
             found = read_face_attribute(city.data, "full_load_hours")
             np.testing.assert_allclose(found, expected[faces], rtol=1e-6)
             shown.append((city["citypv_colour_attribute"], np.nanmean(found)))
-            assert session.round is None
 
-    monkeypatch.setattr(run_step, "silent", progress)
-    run("trace")
+    TraceCity.work(task, progress)
     assert len(shown) >= 2
     assert {name for name, _ in shown} == {"full_load_hours"}
     assert len({mean for _, mean in shown}) == len(shown)
 
 
-def test_escape_among_the_rounds_keeps_those_that_are_finished(goal, monkeypatch):
-    city = here()
-    session, rounds = find_session(city), []
+def test_escape_among_the_rounds_keeps_those_that_are_finished(goal):
+    goal.target_error, rounds = 0.01, []
+    task = TraceCity.prepare(SimpleNamespace(), bpy.context)
 
     def progress(stage, done, total, unit):
-        if session.round is not None:
-            rounds.append(session.round[0].record.rounds)
-            session.round = None
+        while not task[-1].empty():
+            rounds.append(task[-1].get()[1][1].record.rounds)
         if len(rounds) == 2:
             raise CancelledError
 
-    goal.target_error = 0.01
-    monkeypatch.setattr(run_step, "silent", progress)
-    run("trace")
-    assert session.transfer.record.rounds == rounds[-1]
-    assert not session.transfer.record.interrupted
-    monkeypatch.undo()
+    TraceCity.finish(None, bpy.context, TraceCity.work(task, progress))
+    transfer = session_here().transfer
+    assert transfer.record.rounds == rounds[-1]
+    assert not transfer.record.interrupted
     run("energy")
