@@ -37,12 +37,10 @@ def draw_cities(layout, context):
         layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
 
 
-def draw_variants(layout, context):
+def draw_variants(layout, scene, shown):
     """Show the variants of the city: buttons to show, rename, compare with and delete each."""
-    shown, _ = find_city(context.scene)
-    variants = [city for city in find_variants(context.scene, shown) if VARIANT in city]
     column = layout.column(align=True)
-    for city in variants:
+    for city in [city for city in find_variants(scene, shown) if VARIANT in city]:
         row, against = column.row(align=True), shown.get(AGAINST) == city.get(IDENTITY)
         icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
         row.operator("citypv.switch_city", text="", icon=icon).name = city.name
@@ -88,27 +86,24 @@ def draw_bar(layout, text):
     row.operator("citypv.cancel", text="", icon="CANCEL")
 
 
-def draw_lines(layout, context, key, icon="NONE"):
+def draw_lines(layout, city, key, icon="NONE"):
     """Show a sentence that a step stored on the city."""
-    city, _ = find_city(context.scene)
-    if city is not None and city.get(key):
+    if city.get(key):
         draw_sentence(layout.box().column(align=True), city[key], icon)
 
 
-def draw_report(layout, context):
+def draw_report(layout, city):
     """Show the import report, and its buttons."""
-    city, _ = find_city(context.scene)
-    if city is None or REPORT not in city:
+    if REPORT not in city:
         return
     box = layout.box().column(align=True)
     for sentence in city[REPORT]:
         draw_sentence(box, sentence)
-    row = layout.row(align=True)
-    row.operator("citypv.show_report", icon="TEXT")
+    layout.operator("citypv.show_report", icon="TEXT")
     row = layout.row(align=True)
     row.operator("citypv.select_buildings", icon="HOME")
     row.operator("citypv.deselect", text="", icon="X")
-    draw_rows(layout, context, ("class", "material", *FOUND))
+    draw_rows(layout, city, ("class", "material", *FOUND))
 
 
 def draw_sentence(column, sentence, icon="NONE"):
@@ -118,9 +113,8 @@ def draw_sentence(column, sentence, icon="NONE"):
         column.label(text=line, icon="NONE" if number else icon)
 
 
-def draw_rows(layout, context, headings):
+def draw_rows(layout, city, headings):
     """Show the rows of headings, each in a collapsible subpanel."""
-    city, _ = find_city(context.scene)
     for heading in headings:
         rows = read_rows(city, heading)
         if not rows:

@@ -8,17 +8,15 @@ from ..operators.result.compare_results import percent_of, read_comparison, show
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
 from ..operators.result.summarise import COMPARISON
-from ..operators.session import find_city
 from .draw_steps import draw_numbers, draw_sentence, open_panel
 
 PAGE = 12  # buildings on a page
 SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
 
 
-def draw_table(layout, context, key, head):
+def draw_table(layout, city, key, head):
     """Show a table that a step stored on the city, with cells separated by bars."""
-    city, _ = find_city(context.scene)
-    if city is None or key not in city:
+    if key not in city:
         return
     grid = layout.box().grid_flow(row_major=True, columns=len(head), even_columns=False, align=True)
     for row in [head, *(line.split("|") for line in city[key])]:
@@ -28,35 +26,28 @@ def draw_table(layout, context, key, head):
             line.label(text=cell)
 
 
-def draw_probed(layout, context):
+def draw_probed(layout, city):
     """Show what was probed, the months as bars."""
-    city, _ = find_city(context.scene)
-    rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
-    rows = [(name, show_end(value) if name == "Building" else value) for name, value in rows]
-    if not rows:
+    told, charts = dict(line.split("|") for line in city.get(PROBE, ())), read_charts(city)
+    if charts is None:
         return
-    column, charts = layout.box().column(align=True), read_charts(city)
-    for name, value in rows:
+    column = layout.box().column(align=True)
+    for name, value in told.items():
         if name not in MONTHS:
             line = column.split(factor=0.42)
             line.label(text=name)
-            draw_numbers(line.row(align=True), (value,))
-    if charts is None:
-        return
-    largest = max(charts[0].max(), 1e-9)
-    bars, told = layout.box().column(align=True), dict(rows)
+            draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
+    largest, bars = max(charts[0].max(), 1e-9), layout.box().column(align=True)
     for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
         line = bars.split(factor=0.16)
         line.label(text=month)
-        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=told.get(month, ""))
+        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=told[month])
 
 
-def draw_best(layout, context):
+def draw_best(layout, city):
     """Show the buildings with the most energy; their buttons select them and move the view to them."""
-    best = read_best(find_city(context.scene)[0])
-    if not best:
-        return
-    body = open_panel(layout, "citypv_best", "Best buildings, per year")
+    best = read_best(city)
+    body = open_panel(layout, "citypv_best", "Best buildings, per year") if best else None
     if not body:
         return
     column = body.column(align=True)
@@ -71,10 +62,9 @@ def draw_best(layout, context):
             draw_numbers(column.row(align=True), ("P50 {}, P90 {}".format(*years),))
 
 
-def draw_comparison(layout, context):
+def draw_comparison(layout, city, seeing):
     """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as chosen."""
-    city, seeing = find_city(context.scene)[0], context.scene.citypv_seeing
-    tables = read_comparison(city.get(COMPARISON, "") if city is not None else "")
+    tables = read_comparison(city.get(COMPARISON, ""))
     if not tables["sums"]:
         return
     column = layout.box().column(align=True)
@@ -124,9 +114,9 @@ def sort_buildings(rows, seeing):
     return sorted(rows, key=key, reverse=seeing.sort_down)
 
 
-def draw_presets(layout, context):
+def draw_presets(layout, city, settings):
     """Show a button for each preset and, once predicted, its seconds and error; bars show the error."""
-    prices, active = read_prices(find_city(context.scene)[0]), find_preset(context.scene.citypv)
+    prices, active = read_prices(city), find_preset(settings)
     row = layout.row(align=True)
     for name, title, _ in ITEMS:
         row.operator("citypv.use_preset", text=title, depress=name == active).preset = name
@@ -139,9 +129,9 @@ def draw_presets(layout, context):
     layout.operator("citypv.predict", icon="TIME")
 
 
-def draw_effects(layout, context, keys):
+def draw_effects(layout, city, settings, keys):
     """Show a switch for each of these effects and, once planned, what was decided; its button tells why."""
-    settings, plan = context.scene.citypv, read_plan(find_city(context.scene)[0])
+    plan = read_plan(city)
     for key in keys:
         column = layout.column(align=True)
         line = column.split(factor=0.42)

@@ -36,11 +36,11 @@ class _Panel:
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "CityPV"
 
     def start(self, context):
-        """Start a column of settings."""
+        """Start a column: it, the settings, and the city, which is empty where there is none."""
         self.layout.use_property_split, self.layout.use_property_decorate = True, False
         column = self.layout.column()
         column.enabled = Step.current is None
-        return column, context.scene.citypv
+        return column, context.scene.citypv, find_city(context.scene)[0] or {}
 
 
 class MainPanel(_Panel, bpy.types.Panel):
@@ -51,24 +51,25 @@ class MainPanel(_Panel, bpy.types.Panel):
     def draw(self, context):
         """Show the running step, or what to do first."""
         draw_failures(self.layout)
+        head = self.layout.column()
+        column, settings, city = self.start(context)
         if Step.current is not None and Step.current.title != "Solar city":
             # Here too: the place below the step's own button may be out of sight.
-            draw_bar(self.layout, f"{Step.current.title} {{}}")
-        elif Step.current is None and find_city(context.scene)[0] is None:
-            self.layout.label(text="Choose a city, or drop its file here", icon="INFO")
-        column, settings = self.start(context)
+            draw_bar(head, f"{Step.current.title} {{}}")
+        elif Step.current is None and not city:
+            head.label(text="Choose a city, or drop its file here", icon="INFO")
         column.prop(settings, "city_path")
         column.scale_y = 1.2
         draw_step(self.layout, column, "citypv.solar_city", "LIGHT_SUN")
-        if find_city(context.scene)[0] is None:
+        if not city:
             column.operator("citypv.berlin_example", icon="WORLD")
-        edit, cure = describe_edit(find_city(context.scene)[0])
+        edit, cure = describe_edit(city)
         if edit and (Step.current is None or Step.current.title != "Update"):
             told = f"Results are of before the last edit: {edit}; {cure}"
             draw_sentence(self.layout.box().column(align=True), told, "ERROR")
-        draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
-        draw_lines(self.layout, context, "citypv_interrupted", icon="INFO")
-        missing = describe_missing(find_city(context.scene)[0])
+        draw_table(self.layout, city, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
+        draw_lines(self.layout, city, "citypv_interrupted", icon="INFO")
+        missing = describe_missing(city)
         if missing:
             draw_sentence(self.layout.box().column(align=True), missing, "ERROR")
             self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
@@ -103,14 +104,14 @@ class ImportPanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show the settings of the step."""
-        column, settings = self.start(context)
+        column, settings, city = self.start(context)
         draw_settings(column, settings, "lod", *settings_of_panel("import"))
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         meshes = open_panel(column, "citypv_meshes", "Meshes of this scene")
         if meshes:
             meshes.prop(settings, "collection")
             draw_step(self.layout, meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
-        draw_report(self.layout, context)
+        draw_report(self.layout, city)
 
 
 class ClassifyPanel(_Step, bpy.types.Panel):
@@ -120,14 +121,14 @@ class ClassifyPanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show the settings of the step."""
-        column, settings = self.start(context)
+        column, settings, city = self.start(context)
         place = ("latitude", "longitude") if settings.own_place else ()
         terrain = ("terrain",) if settings.ground == "terrain" else ()
         cells = ("grid_size",) if settings.split else ()
         names = "own_place", *place, "ground", *terrain, *settings_of_panel("classify"), "split", *cells
         draw_settings(column, settings, *names)
         draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
-        draw_rows(self.layout, context, ("kind", "orientation", "eligible"))
+        draw_rows(self.layout, city, ("kind", "orientation", "eligible"))
 
 
 class TracePanel(_Step, bpy.types.Panel):
@@ -137,8 +138,8 @@ class TracePanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show the settings of the step."""
-        column, settings = self.start(context)
-        draw_presets(column, context)
+        column, settings, city = self.start(context)
+        draw_presets(column, city, settings)
         draw_running(self.layout, "Predict time and error")
         number = () if settings.suns == "hourly" else (settings.suns.replace("-", "_"),)
         file = ("albedo_file",) if settings.albedo_source == "file" else ()
@@ -149,14 +150,14 @@ class TracePanel(_Step, bpy.types.Panel):
             draw_settings(sampling, settings, *settings_of_panel("sampling"), "threads")
         effects = open_panel(column, "citypv_effects", "Effects")
         if effects:
-            draw_effects(effects, context, OF_LIGHT)
+            draw_effects(effects, city, settings, OF_LIGHT)
             effects.operator("citypv.plan_effects", icon="PRESET")
         draw_running(self.layout, "Plan effects")
         seeing = context.scene.citypv_seeing
         draw_settings(column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ()))
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
-        draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
-        draw_lines(self.layout, context, "citypv_unread")
+        draw_table(self.layout, city, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
+        draw_lines(self.layout, city, "citypv_unread")
 
 
 class EnergyPanel(_Step, bpy.types.Panel):
@@ -166,18 +167,18 @@ class EnergyPanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show the settings of the step."""
-        column, settings = self.start(context)
+        column, settings, city = self.start(context)
         year = ("weather_file", "weather_point", "weather_place") if settings.weather == "file" else ("year",)
         names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
         draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")
         effects = open_panel(column, "citypv_electric_effects", "Effects of the modules")
         if effects:
-            draw_effects(effects, context, ELECTRIC)
+            draw_effects(effects, city, settings, ELECTRIC)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
-        draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
-        draw_lines(self.layout, context, "citypv_weather")
-        draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")
+        draw_table(self.layout, city, "citypv_groups", ("Group", "Count", "Hours"))
+        draw_lines(self.layout, city, "citypv_weather")
+        draw_lines(self.layout, city, "citypv_weather_place", icon="ERROR")
 
 
 class ProbePanel(_Result, bpy.types.Panel):
@@ -187,10 +188,10 @@ class ProbePanel(_Result, bpy.types.Panel):
 
     def draw(self, context):
         """Show what the probed surfaces yield."""
-        column, settings = self.start(context)
+        column, settings, city = self.start(context)
         column.operator("citypv.probe", icon="EYEDROPPER")
         column.prop(settings, "show_charts")
-        draw_probed(self.layout, context)
+        draw_probed(self.layout, city)
 
 
 class ResultsPanel(_Result, bpy.types.Panel):
@@ -200,8 +201,8 @@ class ResultsPanel(_Result, bpy.types.Panel):
 
     def draw(self, context):
         """Show the best buildings, and what can be written."""
-        column, _ = self.start(context)
-        draw_best(column, context)
+        column, _, city = self.start(context)
+        draw_best(column, city)
         column.operator_menu_enum("citypv.export", "format", icon="EXPORT")
         draw_running(self.layout, "Export")
 
@@ -213,15 +214,14 @@ class ColourPanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show the settings of the step."""
-        column, settings = self.start(context)
+        column, settings, city = self.start(context)
         ends = () if settings.auto_range else ("low", "high")
         draw_settings(column, settings, "show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend")
-        city, _ = find_city(context.scene)
-        if city is not None and not has_result(city, settings.attribute):
+        if city and not has_result(city, settings.attribute):
             draw_sentence(column.column(align=True), "Not computed yet: run the steps above", "INFO")
         elif ends and not settings.low < settings.high:
             column.label(text="Low must be below High", icon="ERROR")
-        draw_lines(self.layout, context, "citypv_stand_ins")
+        draw_lines(self.layout, city, "citypv_stand_ins")
         column.operator("citypv.colour", icon="COLOR")
         column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
 
@@ -233,15 +233,14 @@ class TimelinePanel(_Result, bpy.types.Panel):
 
     def draw(self, context):
         """Show the button, and the moment of the frame."""
-        column, _ = self.start(context)
-        seeing, (city, _) = context.scene.citypv_seeing, find_city(context.scene)
+        column, _, city = self.start(context)
+        seeing = context.scene.citypv_seeing
         column.prop(seeing, "timeline_show")
         draw_step(self.layout, column, "citypv.timeline", "TIME")
         if not seeing.timeline:
             return
         column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
-        if city is not None and city.get(MOMENT):
-            draw_sentence(column.box().column(align=True), city[MOMENT])
+        draw_lines(column, city, MOMENT)
         column.operator("citypv.stop_timeline", icon="X")
 
 
@@ -252,7 +251,7 @@ class ComparePanel(_Result, bpy.types.Panel):
 
     def draw(self, context):
         """Show the buttons, and the totals of both results."""
-        column, _ = self.start(context)
+        column, _, city = self.start(context)
         row = column.row(align=True)
         row.operator("citypv.update", icon="FILE_REFRESH")
         row.prop(context.scene.citypv_seeing, "live", toggle=True)
@@ -261,14 +260,14 @@ class ComparePanel(_Result, bpy.types.Panel):
         row = column.row(align=True)
         row.operator("citypv.edit_building", icon="EDITMODE_HLT")
         row.operator("citypv.remove_building", icon="REMOVE")
-        draw_variants(column, context)
+        draw_variants(column, context.scene, city)
         column.operator("citypv.keep_before", icon="COPYDOWN")
-        if find_before(context.scene, find_city(context.scene)[0]) is None:
+        if find_before(context.scene, city) is None:
             return
         column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
         column.prop(context.scene.citypv_seeing, "side_by_side")
-        draw_comparison(self.layout, context)
-        draw_lines(self.layout, context, FOUND)
+        draw_comparison(self.layout, city, context.scene.citypv_seeing)
+        draw_lines(self.layout, city, FOUND)
         self.layout.operator("citypv.forget_before", icon="X")
 
 

@@ -235,8 +235,6 @@ def describe_added(city):
 
 def describe_edit(city):
     """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if nothing."""
-    if city is None:
-        return "", ""
     if city.get(ADDED):
         return city[ADDED], "add it to the city, or hide it"
     if city.get(RELAID):

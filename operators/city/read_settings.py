@@ -160,8 +160,9 @@ def state_of_step(city, step, settings):
 
     A step is stale too if one before it is.
     """
+    city = city or {}
     for name in STEPS:
-        kept = city.get(ASKED + name) if city is not None else None
+        kept = city.get(ASKED + name)
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
         same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
@@ -170,7 +171,7 @@ def state_of_step(city, step, settings):
         if name == step:
             return state
         if state != "done":
-            return "stale" if city is not None and city.get(ASKED + step) else ""
+            return "stale" if city.get(ASKED + step) else ""
     raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
 
 

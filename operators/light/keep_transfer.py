@@ -73,8 +73,8 @@ def has_transfer(city):
 
 def describe_missing(city):
     """What the panel says of a city whose traced light was kept and is gone; "" for others."""
-    if city is None or city.get(PROBLEM):
-        return city[PROBLEM] if city is not None else ""
+    if not city or city.get(PROBLEM):
+        return city.get(PROBLEM, "") if city else ""
     kept = find_kept(city)
     if has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
         return ""

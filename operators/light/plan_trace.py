@@ -73,7 +73,7 @@ class ExplainEffect(OfCity, Action, bpy.types.Operator):
     @classmethod
     def description(cls, context, properties):
         """Tooltip: the decision."""
-        return read_plan(find_city(context.scene)[0]).get(properties.effect, ("", cls.__doc__))[1]
+        return read_plan(find_city(context.scene)[0] or {}).get(properties.effect, ("", cls.__doc__))[1]
 
     def act(self, context, city, ground):
         """Tell the decision."""
@@ -109,8 +109,7 @@ def keep_plan(city, decisions):
 
 def read_plan(city):
     """Decisions on the effects of a city: dict of key to (state, sentence); empty without a plan."""
-    rows = city.get(PLAN, ()) if city is not None else ()
-    return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in rows)}
+    return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in city.get(PLAN, ()))}
 
 
 class UsePreset(Action, bpy.types.Operator):
@@ -176,8 +175,8 @@ def find_preset(settings):
 
 def read_prices(city):
     """Predictions stored on a city: dict of preset to (seconds, error [%]); empty without them."""
-    rows = city.get(PRICES, ()) if city is not None else ()
-    return {name: (float(seconds), float(error)) for name, seconds, error in (row.split("|") for row in rows)}
+    rows = (row.split("|") for row in city.get(PRICES, ()))
+    return {name: (float(seconds), float(error)) for name, seconds, error in rows}
 
 
 def describe_price(price):

@@ -133,7 +133,7 @@ def errors_of_surfaces(before, city, rows):
 
 def find_variants(stage, city):
     """All variants of a city in a Blender scene, itself among them: list of bpy.types.Object."""
-    family = city.get(FAMILY) if city is not None else None
+    family = city.get(FAMILY)
     return [item for item in list_cities(stage) if item == city or (family and item.get(FAMILY) == family)]
 
 

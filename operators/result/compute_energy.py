@@ -115,4 +115,4 @@ def rank_buildings(session, weather, energy, system):
 
 def read_best(city):
     """Best buildings of a city, rows of `rank_buildings` as text: list of tuple; empty before the energy."""
-    return [tuple(row.split("|")) for row in city.get(BEST, ())] if city is not None else []
+    return [tuple(row.split("|")) for row in city.get(BEST, ())]

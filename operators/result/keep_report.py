@@ -102,8 +102,7 @@ def write_number(value):
 
 def read_rows(item, heading=None):
     """Rows of an object's report, of one heading or of all: mappings with key, heading, name, count, area, ids."""
-    rows = item.get(ROWS, ()) if item is not None else ()
-    return [row for row in rows if heading in (None, row["heading"])]
+    return [row for row in item.get(ROWS, ()) if heading in (None, row["heading"])]
 
 
 def find_row(item, key):

@@ -92,7 +92,7 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
         name="Group",
         description="Heading/name as in the report, such as kind/roof; or building/ID",
         search=lambda self, context, text: [
-            row["key"] for row in read_rows(find_city(context.scene)[0]) if text.lower() in row["key"].lower()
+            row["key"] for row in read_rows(find_city(context.scene)[0] or {}) if text.lower() in row["key"].lower()
         ],
     )
 
@@ -101,7 +101,7 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
         """Tooltip: full reason, count and first ids."""
         try:
             row = find_row(find_city(context.scene)[0], properties.group)
-        except (InputError, AttributeError):
+        except (InputError, AttributeError):  # without such a row or a city
             return cls.__doc__
         return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
 

@@ -74,7 +74,7 @@ def draw_all():
 
 
 def start(layout, context):
-    return layout.column(), context.scene.citypv
+    return layout.column(), context.scene.citypv, here() or {}
 
 
 def test_results_stand_first_once_there_are_some(addon, city_file):
