@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed import box
 from scenes import RUNS, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
-from towns import spun, turned
+from towns import spun
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 PLAIN = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)
@@ -118,25 +118,17 @@ def test_any_scale(scale):
         assert getattr(other, name) == pytest.approx(getattr(one, name), abs=limit), name
 
 
-def test_turning_the_town_with_the_sun():
-    parts = [PLAIN, *HOUSE]
-    one = trace(parts, samples=6000)
-    suns = suns_towards(turned(SUNS.direction, 37.0))
-    other = trace([(turned(points, 37.0), faces) for points, faces in parts], suns, samples=6000)
-    agree(one, other)
-
-
 # Light
 
 
-@pytest.mark.parametrize(("albedo", "bounces"), [(0.0, 1), (0.999, 50), (1.0, 0), (1.0, 1), (1.0, 50)])
+@pytest.mark.parametrize(("albedo", "bounces"), [(0.0, 1), (1.0, 0), (1.0, 50)])
 def test_nothing_is_brighter_than_the_sky(albedo, bounces):
     """White furnace: where all reflects all, everything comes as near to 1 as its error says; nothing is beyond."""
     transfer = trace([PLAIN, *HOUSE], albedo=albedo, ground_albedo=albedo, max_bounces=bounces)
     error = transfer.diffuse_relative_standard_error
     assert np.isfinite(error).all()
     assert (transfer.diffuse_relative <= 1 + 4.5 * error).all()
-    if albedo > 0.99 and bounces == 50:
+    if bounces == 50:
         lit = np.r_[12:14, 16:24]
         assert (transfer.diffuse_relative[lit] >= 0.99 - 4.5 * error[lit]).all()
 

@@ -29,9 +29,15 @@ def boxes_apart(gap, patch_size=10.0):
     return boxes([((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))], patch_size)
 
 
-def balcony(patch_size=10.0):
-    """A box with a slab of 3 × 1.5 m on its south side, 3 m up: surface 7, the slab's underside."""
-    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
+def balconies():
+    """A house with a slab of 3 × 1.5 m, 3 m up, and one of 6 × 2 m above it: undersides 7 and 13."""
+    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))], whole=True)
+
+
+def arcade():
+    """An upper storey that stands out by 3 m on two posts, 4 m up: its underside is 7."""
+    posts = [((x, -3, 0), (x + 0.5, -2.5, 4)) for x in (0, 19.5)]
+    return boxes([((0, 0, 0), (20, 10, 14)), ((0, -3, 4), (20, 0, 14)), *posts], whole=True)
 
 
 def light_by_gather(scene, surface, **settings):
@@ -60,19 +66,26 @@ def light_by_paths(scene, surface, sets=6):
     return found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(sets)
 
 
-CASES = {"0.1 m": (lambda size=10.0: boxes_apart(0.1, size), 3), "0.3 m": (lambda size=10.0: boxes_apart(0.3, size), 3),
-         "1 m": (lambda size=10.0: boxes_apart(1.0, size), 3), "balcony": (balcony, 7)}  # fmt: skip
+CASES = {
+    "0.1 m": (lambda: boxes_apart(0.1), 3),
+    "0.3 m": (lambda: boxes_apart(0.3), 3),
+    "1 m": (lambda: boxes_apart(1.0), 3),
+    "balcony of 3 m": (balconies, 7),
+    "balcony of 6 m": (balconies, 13),
+    "arcade": (arcade, 7),
+}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_stated_error_holds_what_patches_spread(name):
+    """Twice of it, and it is not vast."""
     make, surface = CASES[name]
     scene = make()
     found, stated = light_by_gather(scene, surface)
     known, error = light_by_paths(scene, surface)
-    assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
-    assert (error < stated).all()
+    assert (np.abs(found - known) <= 2 * np.hypot(stated, error)).all()
+    assert (error < stated).all() and (stated < 0.6 * known).all()
 
 
 @pytest.mark.thorough
