@@ -1,4 +1,4 @@
-"""What each run leaves out, which files run together and in what order, and whether a Blender window was tested.
+"""What each run leaves out, in what order files run, and whether a Blender window was tested.
 
 `make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they were
 last measured (tools/measure_slow.py). What is marked as a law stays all the same, and so does the one case of each law
@@ -10,7 +10,7 @@ need no compiled loops, so that what one worker compiles in a fresh checkout is 
 """
 
 from functools import cache
-from pathlib import Path, PurePath
+from pathlib import Path
 
 import pytest
 
@@ -57,14 +57,9 @@ MAY_DIFFER = (
     *("core/test_city", "core/test_weather", "core/test_plot", "core/test_refused", "core/test_obj"),
     *("core/test_raster", "core/test_own_terrain"),
 )
-# Files whose tests trace the same scenes, and do so once where they run in one process.
-TOGETHER = {
-    "hard/test_walls_that_touch.py": "hard/test_gather_is_forward.py",
-}
 BEGUN = set()  # functions of which a case was collected
 LONGEST = [
     "blender/test_window.py",
-    "hard/test_gather_is_forward.py",
     "core/test_fuzz_readers.py",
     "blender/test_extension.py",
     "core/test_cluster.py",
@@ -100,12 +95,6 @@ def name_function(nodeid):
     return nodeid.partition("[")[0].removeprefix("tests/")
 
 
-def name_group(path):
-    """File, or the file beside whose tests those of this one run."""
-    name = "/".join(PurePath(path).parts[-2:])
-    return TOGETHER.get(name, name)
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item):
     name = name_function(item.nodeid)
@@ -129,18 +118,7 @@ def read_slow():
 def pytest_collection_modifyitems(config, items):
     if hasattr(config, "workerinput"):
         order = {name: number for number, name in enumerate(LONGEST)}
-        items.sort(key=lambda item: order.get(name_group(item.path), len(order)))
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config, log):
-    from xdist.scheduler import LoadFileScheduling
-
-    class Scheduler(LoadFileScheduling):
-        def _split_scope(self, nodeid):
-            return name_group(super()._split_scope(nodeid))
-
-    return Scheduler(config, log)
+        items.sort(key=lambda item: order.get("/".join(item.path.parts[-2:]), len(order)))
 
 
 def pytest_terminal_summary(terminalreporter):

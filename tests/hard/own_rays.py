@@ -86,13 +86,13 @@ class OwnRays:
             path = path[going]
             if not len(path):
                 break
-            origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
+            origins, towards, _ = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
         ends = ends.reshape(-1, rays)
         most, few = (ends == BACK).mean(axis=1) > 0.5, (ends == SKY).mean(axis=1) <= 1 / 8
         return (most & few) | ((ends == BACK) | (ends == FRONT)).all(axis=1)
 
     def go_on(self, hit, origins, towards, generator):
-        """Where rays leave the faces that they meet, on the side that they come from, and to where."""
+        """Where rays leave the faces that they meet, to where, and the normal on the side that they come from."""
         normal, corner = self.normal[hit], self.corners[hit, 0]
         along = (towards * normal).sum(axis=1)
         origins += (((corner - origins) * normal).sum(axis=1) / along)[:, None] * towards
@@ -100,30 +100,41 @@ class OwnRays:
         origins += self.offset[hit, None] * normal
         ball = generator.normal(size=(len(hit), 3))
         towards = normal + (1 - 1e-7) * ball / np.linalg.norm(ball, axis=1, keepdims=True)
-        return origins, towards / np.linalg.norm(towards, axis=1, keepdims=True)
+        return origins, towards / np.linalg.norm(towards, axis=1, keepdims=True), normal
 
-    def light(self, rows, count, generator, *, bounces, albedo=0.25, sheet=()):
-        """Light of the isotropic sky on some triangles together, path by path: mean and standard error.
+    def light(self, rows, count, generator, *, bounces, albedo=0.25, sheet=(), suns=None):
+        """Light of the isotropic sky, and of suns, on some triangles together, path by path: mean and standard error,
+        two (2,).
 
-        Rays go on from the place that they meet. Surfaces in `sheet` have two fronts. The far ground is lit without
-        obstruction and reflects as everything else does.
+        Rays go on from the place that they meet; there suns are looked for. Surfaces in `sheet` have two fronts. The
+        far ground is lit without obstruction and reflects as everything else does.
         """
         row = generator.choice(rows, count, p=self.area[rows] / self.area[rows].sum())
-        origins = self.points(row, 1, generator)[:, 0]
-        towards, found = self.directions(row, 1, generator)[:, 0], np.zeros(count)
+        origins, normal = self.points(row, 1, generator)[:, 0], self.normal[row]
+        towards, found = self.directions(row, 1, generator)[:, 0], np.zeros((count, 2))
         path = np.arange(count)
         for bounce in range(bounces + 1):
+            found[path, 1] += albedo**bounce * self.sunlight(origins, normal, suns)
             origins, towards = (np.ascontiguousarray(rays, np.float32) for rays in (origins, towards))
             hit = self.tree.run(origins, towards)
             met = self.judge_hits(hit, towards)
             met[np.isin(hit, sheet) & (hit >= 0)] = FRONT
-            found[path[met == SKY]] += albedo**bounce
+            found[path[met == SKY], 0] += albedo**bounce
             if bounce < bounces:
-                found[path[met == FAR]] += albedo ** (bounce + 1)
+                lit = [1, suns.weight @ suns.direction[:, 2] if suns else 0]
+                found[path[met == FAR]] += albedo ** (bounce + 1) * np.array(lit)
             going = met == FRONT
-            path = path[going]
-            origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
-        return found.mean(), found.std() / np.sqrt(count)
+            path, hit = path[going], hit[going]
+            origins, towards, normal = self.go_on(hit, origins[going].astype(float), towards[going], generator)
+        return found.mean(axis=0), found.std(axis=0) / np.sqrt(count)
+
+    def sunlight(self, origins, normal, suns):
+        """What places receive of suns by their weights: (n,)."""
+        received = np.zeros(len(origins))
+        for direction, weight in zip(suns.direction, suns.weight, strict=True) if suns else ():
+            met = self.judge(origins, np.broadcast_to(direction, origins.shape))
+            received += weight * np.where(met == SKY, np.maximum(normal @ direction, 0), 0)
+        return received
 
     def lit(self, rows, points, sun, generator):
         """Share of each triangle's points whose ray towards a sun meets nothing: (n,)."""

@@ -1,12 +1,11 @@
-"""Berlin and Manhattan, whole or cut to their middle, and the light of runs on them, each traced once in a process."""
+"""Berlin and Manhattan, whole or cut to their middle, and which of their surfaces lie alone."""
 
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from edits import take
-from scenes import RUNS, suns_towards
-from test_closed_forms import direct_relative
+from scenes import suns_towards
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.rays.ray_scene import RayScene
@@ -19,7 +18,6 @@ CITIES = {  # file, its place, half the side of the square that is cut out [m]
     "Manhattan": ("tests/data/obj/nyc_midtown_citicorp_1km.obj.gz", PLACE, 110.0),
 }
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]])
-SAMPLES = 256  # of gather
 
 
 @cache
@@ -29,32 +27,6 @@ def city_and_alone(name, whole):
     city = read_city([ROOT / file])
     scene = build_scene(city if whole else middle_of(city, half), **place)
     return scene, lies_alone(scene)
-
-
-def light_of_run(name, way, seed, whole):
-    """Light of all surfaces under the sky and the suns: (n, 2); `way` is the estimator, its reflections and samples.
-
-    Gather's rays and shadow points are the same whatever is reflected, so that its first light is that of any run.
-    """
-    estimator, bounces, samples = way
-    if estimator == "gather" and bounces == 0:
-        return trace_run(name, (estimator, 3, samples), seed, whole)[0]
-    return trace_run(name, way, seed, whole)[1]
-
-
-@cache
-def trace_run(name, way, seed, whole):
-    """First light of a run, which only gather tells apart, and all light: two (n, 2)."""
-    estimator, bounces, samples = way
-    scene, settings = city_and_alone(name, whole)[0], {"seed": seed, "samples": samples, "report": "all"}
-    transfer = RUNS[estimator](scene, SUNS, max_bounces=bounces, **settings)
-    return first_light(transfer), np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
-
-
-def first_light(transfer):
-    """Light of the sky and the suns before any reflection, on the ground as well: (n, 2)."""
-    cosine = np.maximum(transfer.surfaces.normal @ SUNS.direction.T, 0)
-    return np.stack([transfer.sky_view_factor, (cosine * transfer.visible_share) @ SUNS.weight], axis=1)
 
 
 def middle_of(city, half):

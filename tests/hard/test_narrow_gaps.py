@@ -1,27 +1,24 @@
 """Walls a hand's breadth apart, and small undersides: patches of ten metres spread light where it does not come.
 
-Such places are not refined; the error of the surface says how much it may be. Held against paths followed one by one,
-against photons, and against small patches.
+Such places are not refined; the error of the surface says how much it may be. Held against paths followed one by one
+and against small patches.
 """
 
 import numpy as np
 import pytest
+from own_rays import OwnRays
 from real_cities import SUNS
-from scenes import run_forward, run_gather
+from scenes import run_gather
 from test_closed_forms import direct_relative
-from test_walls_that_touch import follow_paths
 from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
-from citypv.core.light.measure_cover import find_cover
-from citypv.core.light.prepare_scene import prepare_scene
-from citypv.core.light.trace_all import prepare_gather
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
+from citypv.core.patches.patches import patches_of_scene
 
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3
+PATHS = 1 << 16
 
 
 def boxes_apart(gap, patch_size=10.0):
@@ -54,16 +51,11 @@ def light_of(transfer, surface):
     return np.array([[transfer.diffuse_relative[surface], direct], errors])
 
 
-def light_by_paths(scene, surface, sets=6):
-    """The same by paths, with the error of their mean."""
-    tracing = prepare_gather(prepare_scene(scene, Request()), Request(), silent)
-    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.patches.receives, tracing.threads)
-    chosen = np.flatnonzero(scene.triangle_surface == surface)
-    chosen = np.repeat(chosen, 20)
-    share = tracing.patches.area[chosen] / tracing.patches.area[chosen].sum()
-    generator = np.random.default_rng(7)
-    found = np.array([(share @ follow_paths(tracing, covered, chosen, generator)).sum(axis=0) for _ in range(sets)])
-    return found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(sets)
+def light_by_paths(scene, surface):
+    """The same by paths of the test's own, with the error of their mean."""
+    own = OwnRays(scene, patches_of_scene(scene, np.zeros(len(scene.triangles)), 0).offset)
+    rows = np.flatnonzero(scene.triangle_surface == surface)
+    return own.light(rows, PATHS, np.random.default_rng(7), bounces=3, suns=SUNS)
 
 
 CASES = {
@@ -97,15 +89,6 @@ def test_small_patches_leave_little_of_it():
     large = light_by_gather(boxes_apart(0.3), 3)[1]
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
     assert (stated < 0.5 * large).all()
-
-
-@pytest.mark.thorough
-def test_gather_is_forward_in_a_gap():
-    scene = boxes_apart(0.3)
-    photons = run_forward(scene, SUNS, samples=20_000)
-    found, stated = light_by_gather(scene, 3)
-    known, error = light_of(photons, 3)
-    assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
 
 
 def room(scene, **settings):

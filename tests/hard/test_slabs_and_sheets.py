@@ -61,7 +61,8 @@ def follow(scene, surface, sheets, **settings):
     plain = replace(scene, sheet=None)
     own = OwnRays(plain, patches_of_scene(plain, np.zeros(len(scene.triangles)), 0).offset)
     rows, both = (np.flatnonzero(np.isin(scene.triangle_surface, chosen)) for chosen in ([surface], sheets))
-    return own.light(rows, PATHS, np.random.default_rng(surface), sheet=both, **settings)
+    (light, _), (error, _) = own.light(rows, PATHS, np.random.default_rng(surface), sheet=both, **settings)
+    return light, error
 
 
 def assert_light(scene, surfaces, sheets, covered=0.0):
