@@ -125,51 +125,36 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
     np.testing.assert_allclose(np.array([right, up, forward]) @ np.array([right, up, forward]).T, np.eye(3), atol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def picture(scene, transfer, energy, tmp_path_factory):
-    """A rendered preview: (900, 1600, 3) sRGB in 0–1, row 0 at the bottom; and where each surface is seen.
-
-    With two rays per pixel: faces and legend shine by themselves, without noise.
-    """
-    path = tmp_path_factory.mktemp("preview") / "preview.png"
-    with pytest.MonkeyPatch.context() as changed:
-        changed.setattr(rendering, "SAMPLES", 2)
-        draw_results(path.parent, scene, transfer, energy, "clear sky (upper bound)", pictures=["preview"])
-    image = bpy.data.images.load(str(path))
+@pytest.mark.slow
+def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
+    scene, transfer, energy, tmp_path, monkeypatch
+):
+    """Row 0 at the bottom. With two rays per pixel: faces and legend shine by themselves, without noise."""
+    monkeypatch.setattr(rendering, "SAMPLES", 2)
+    draw_results(tmp_path, scene, transfer, energy, "clear sky (upper bound)", pictures=["preview"])
+    image = bpy.data.images.load(str(tmp_path / "preview.png"))
     image.colorspace_settings.name = "Non-Color"
     pixels = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(pixels)
     width, height = image.size
+    pixels = pixels.reshape(height, width, -1)[..., :3]
+    assert pixels.shape == (900, 1600, 3)
     stage = bpy.context.scene
     bpy.context.view_layer.update()
     graph = bpy.context.evaluated_depsgraph_get()
     eye = stage.camera.matrix_world.translation
-    seen = []
-    for polygon in bpy.data.objects["City"].data.polygons:
+    city = bpy.data.objects["City"]
+    scale, values, seen = read_scale(city), read_face_attribute(city.data, "full_load_hours"), set()
+    for polygon in city.data.polygons:
         ray = polygon.center - eye
         hit, _, _, face, item, _ = stage.ray_cast(graph, eye, ray.normalized())
         if hit and item.name == "City" and face == polygon.index:
             place = world_to_camera_view(stage, stage.camera, polygon.center)
-            seen.append((polygon.index, int(place.x * width), int(place.y * height)))
-    bar = read_scale(bpy.data.objects["City"])
-    values = read_face_attribute(bpy.data.objects["City"].data, "full_load_hours").copy()
-    return pixels.reshape(height, width, -1)[..., :3], seen, bar, values
-
-
-@pytest.mark.slow
-def test_the_picture_shows_each_face_in_the_colour_of_its_value(picture):
-    pixels, seen, scale, values = picture
-    assert pixels.shape == (900, 1600, 3)
-    assert len({round(float(values[face]), 3) for face, _, _ in seen}) >= 5
-    for face, column, row in seen:
-        expected = colours_of_values(scale, values[face : face + 1])[0]
-        np.testing.assert_allclose(pixels[row, column], expected, atol=2 / 255, err_msg=f"face {face}")
-
-
-@pytest.mark.slow
-def test_the_picture_has_a_legend_in_the_same_colours(picture):
-    pixels, _, scale, _ = picture
-    height = pixels.shape[0]
+            expected = colours_of_values(scale, values[face : face + 1])[0]
+            found = pixels[int(place.y * height), int(place.x * width)]
+            np.testing.assert_allclose(found, expected, atol=2 / 255, err_msg=f"face {face}")
+            seen.add(round(float(values[face]), 3))
+    assert len(seen) >= 5
     row = int((BAR_BOTTOM + BAR_HEIGHT / 2) * height)
     columns = np.arange(int(LEFT * height) + 3, int((LEFT + BAR_WIDTH) * height) - 3)
     share = ((columns + 0.5) / height - LEFT) / BAR_WIDTH

@@ -1,24 +1,21 @@
 """A library that is missing or does not load: the add-on enables, and says what failed and what to do."""
 
 import sys
-from types import SimpleNamespace
 
 import bpy
 import pytest
+from test_panels_draw import draw_all
 
 import citypv
-from citypv.citypv_addon.draw_steps import draw_failures
 from citypv.operators import check_libraries
 
 ENDINGS = {(3, 11): "blender_4.5.zip", (3, 13): "blender_5.2.zip", (3, 14): "blender_5.2_python_3.14.zip"}
 
 
 def said():
-    """What the panel says of libraries, as one line."""
-    lines = []
-    column = SimpleNamespace(label=lambda text, icon: lines.append(text.strip()))
-    draw_failures(SimpleNamespace(box=lambda: SimpleNamespace(column=lambda align: column)))
-    return " ".join(lines)
+    """What the panels say of libraries, as one line."""
+    texts = [text.strip() for text in draw_all()]
+    return " ".join(texts[: texts.index("Choose a city, or drop its file here")])
 
 
 def test_nothing_is_said_where_all_is_well(addon):

@@ -10,7 +10,6 @@ from steps import here, run
 
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
-from citypv.operators import check_libraries
 from citypv.operators.picture.draw_view import LETTERS_OF_NOTE, describe_amount
 from citypv.operators.result.compare_results import write_row
 
@@ -109,13 +108,6 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert {"Existing", "All"} <= set(draw_all())
     run("import_city", city_path=str(row_file))
     assert {"Not computed yet: run the steps", "   above"} <= set(draw_all())  # in lines that fit
-
-
-def test_a_library_that_failed_stands_in_the_panel(addon):
-    check_libraries.note_failure(ImportError("libembree4.so.4: cannot open shared object file"))
-    assert any("libembree4.so.4" in text for text in draw_all())
-    check_libraries.check_libraries()
-    assert not any("libembree4.so.4" in text for text in draw_all())
 
 
 @pytest.mark.parametrize(

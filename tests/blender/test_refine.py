@@ -12,7 +12,6 @@ from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.light import trace_city
 from citypv.operators.light.trace_city import TraceCity, show_round
 
 
@@ -25,38 +24,7 @@ def goal(addon, city_file):
     return seeing
 
 
-def watch(monkeypatch, seen):
-    """Show every round at once, as the window does between two redraws; keep what the faces have."""
-    before = trace_city.replace
-
-    def keep(transfer, **changes):
-        found = before(transfer, **changes)
-        rounds = transfer.record.rounds
-        seen.append((rounds, transfer.diffuse_relative.copy()))
-        return found
-
-    monkeypatch.setattr(trace_city, "replace", keep)
-
-
-def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp_path, monkeypatch):
-    seen = []
-    watch(monkeypatch, seen)
-    run("trace")
-    transfer = session_here().transfer
-    rounds = [count for count, _ in seen]
-    assert rounds == sorted(rounds)
-    assert rounds[0] == 1
-    assert transfer.record.rounds == rounds[-1] > 2
-    assert not np.array_equal(seen[0][1], seen[-1][1])
-    request = Request(weather="climate", samples=16, shadow_samples=4, suns="days:4", target_error=1.5)
-    simulate([city_file], tmp_path / "out", request)
-    same = read_transfer(tmp_path / "out" / "transfer.nc")
-    assert same.record.rounds == transfer.record.rounds
-    np.testing.assert_allclose(transfer.diffuse_relative, same.diffuse_relative, rtol=1e-6)
-    np.testing.assert_allclose(transfer.visible_share, same.visible_share, atol=1e-6)
-
-
-def test_every_round_is_written_on_the_faces(goal):
+def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(goal, city_file, tmp_path):
     city, shown = here(), []
     task = TraceCity.prepare(SimpleNamespace(), bpy.context)
 
@@ -71,10 +39,17 @@ def test_every_round_is_written_on_the_faces(goal):
             np.testing.assert_allclose(found, expected[faces], rtol=1e-6)
             shown.append((city["citypv_colour_attribute"], np.nanmean(found)))
 
-    TraceCity.work(task, progress)
+    TraceCity.finish(None, bpy.context, TraceCity.work(task, progress))
     assert len(shown) >= 2
     assert {name for name, _ in shown} == {"full_load_hours"}
     assert len({mean for _, mean in shown}) == len(shown)
+    transfer = session_here().transfer
+    request = Request(weather="climate", samples=16, shadow_samples=4, suns="days:4", target_error=1.5)
+    simulate([city_file], tmp_path / "out", request)
+    same = read_transfer(tmp_path / "out" / "transfer.nc")
+    assert same.record.rounds == transfer.record.rounds > 2
+    np.testing.assert_allclose(transfer.diffuse_relative, same.diffuse_relative, rtol=1e-6)
+    np.testing.assert_allclose(transfer.visible_share, same.visible_share, atol=1e-6)
 
 
 def test_escape_among_the_rounds_keeps_those_that_are_finished(goal):

@@ -18,16 +18,6 @@ def test_a_step_waits_for_the_one_before(addon, step):
         operator()
 
 
-def test_the_command_is_the_command_line(addon, monkeypatch):
-    from citypv.core.commands import command_line
-    from citypv.operators.picture.draw_results import run_command
-
-    arguments = []
-    monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)
-    assert run_command(["simulate", "nowhere.gml"]) == 2
-    assert arguments == [["simulate", "nowhere.gml"]]
-
-
 def list_traces():
     """All that an add-on can leave: types, operators, properties, handlers, menu entries, key maps."""
     owners = (bpy.types.Scene, bpy.types.Material, bpy.types.Object, bpy.types.Mesh, bpy.types.WindowManager)
