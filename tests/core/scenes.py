@@ -4,12 +4,15 @@ import numpy as np
 
 from citypv.core.city.classify import classify
 from citypv.core.city.scene import Scene, Site, Surfaces
+from citypv.core.commands.plain_scenes import rectangle
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns
+
+strip = rectangle  # (start, along, across, count)
 
 
 def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=None):
@@ -51,23 +54,6 @@ def join(parts):
         triangles.append(np.asarray(faces) + count)
         count += len(points)
     return scene_of_triangles(np.concatenate(vertices), np.concatenate(triangles))
-
-
-def strip(start, along, across, count):
-    """A rectangle cut into `count` strips across: two long triangles each.
-
-    Parameters
-    ----------
-    start, along, across : (3,) float
-        Corner and the two edges; the normal is along × across.
-    """
-    start, along, across = (np.asarray(vector, float) for vector in (start, along, across))
-    steps = np.linspace(0, 1, count + 1)[:, None]
-    points = np.concatenate([start + steps * across, start + along + steps * across])
-    low = np.arange(count)
-    far = low + count + 1
-    faces = np.concatenate([np.stack([low, far, far + 1], 1), np.stack([low, far + 1, low + 1], 1)])
-    return points, faces
 
 
 def suns_towards(directions):

@@ -4,21 +4,9 @@ import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
 
+from citypv.core.commands.plain_scenes import box
+
 SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
-
-
-def box(low, high):
-    """Six rectangles that face outwards (roof, floor, south, north, east, west), two triangles each."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    dx, dy, dz = [x1 - x0, 0, 0], [0, y1 - y0, 0], [0, 0, z1 - z0]
-    return [
-        strip([x0, y0, z1], dx, dy, 1),
-        strip([x0, y0, z0], dy, dx, 1),
-        strip([x0, y0, z0], dx, dz, 1),
-        strip([x1, y1, z0], [-(x1 - x0), 0, 0], dz, 1),
-        strip([x1, y0, z0], dy, dz, 1),
-        strip([x0, y1, z0], [0, -(y1 - y0), 0], dz, 1),
-    ]
 
 
 def test_ground_under_a_building_is_covered():

@@ -1,16 +1,9 @@
 """What must not change a result, and what must."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
 from test_covered import box
-
-from citypv.core.effects.plan_effects import plan_effects
-from citypv.core.effects.table import TABLE
-from citypv.core.patches.patches import patches_of_scene
-from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 
@@ -55,16 +48,3 @@ def test_shadows_off_leave_the_sky_as_it_is():
     assert (off.visible_share >= on.visible_share - on.covered_share[:, None]).all()
     assert (off.visible_share >= on.visible_share)[on.covered_share == 0].all()
     assert off.record.shadow_rays == 0 < on.record.shadow_rays
-
-
-def test_plan_says_why():
-    scene = three_houses()
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
-    plan = plan_effects(scene, patches, Request(max_bounces=3))
-    assert [effect.key for effect in plan.effects] == list(TABLE)
-    assert all(effect.reason for effect in plan.effects)
-    assert all(plan[key].key == key for key in TABLE)
-    reflections = plan["reflections"]
-    assert reflections.bound == pytest.approx(0.25**4 / 0.75)
-    brighter = replace(patches, albedo=np.ones_like(patches.albedo))
-    assert plan_effects(scene, brighter, Request(max_bounces=3))["reflections"].bound is None

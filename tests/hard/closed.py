@@ -4,8 +4,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from test_covered import box
 
+from citypv.core.commands.plain_scenes import box
 from citypv.core.light import trace_hemisphere
 
 
