@@ -1,6 +1,7 @@
 """The built-in climate against the grids it is made from, measured years, closed forms and the limits of physics."""
 
 import hashlib
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,7 +9,6 @@ import pvlib
 import pytest
 from weathers import BARROW, HOUR, PVGIS, TMY3
 
-from citypv.core.commands.command_line import main
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
@@ -164,6 +164,8 @@ def test_the_seed_orders_the_days_and_leaves_the_sums():
     np.testing.assert_allclose(monthly(first), monthly(second), rtol=1e-5)
     assert np.corrcoef(first["ghi"].resample("D").sum(), second["ghi"].resample("D").sum())[0, 1] < 0.9
     assert first["dni"].sum() == pytest.approx(second["dni"].sum(), rel=0.03)
+    place = SimpleNamespace(latitude=52.5, longitude=13.4, altitude=34.0)
+    np.testing.assert_array_equal(read_year(place, Request(weather_seed=1)).data["ghi"], second["ghi"])
 
 
 def test_many_places_at_once_are_those_one_by_one():
@@ -242,16 +244,6 @@ def test_with_the_stations_months_the_direct_part_is_near(path, dni):
 
 
 # --- the doors
-
-
-def test_the_climate_is_the_default(tmp_path, capfd):
-    assert Request().weather == "climate"
-    site = type("Site", (), {"latitude": 52.5, "longitude": 13.4, "altitude": 34.0})
-    weather = read_year(site, Request(weather_seed=2))
-    assert "built-in climate" in weather.label and "climatology" in weather.label
-    np.testing.assert_array_equal(weather.data["ghi"], climate(52.5, 13.4, seed=2).data["ghi"])
-    assert main(["simulate", "--help"]) == 0
-    assert "climate" in capfd.readouterr().out
 
 
 # -- the distributions that the built-in climate draws its days from, against their closed forms --

@@ -3,21 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
-import pvlib
 import pytest
-from planes import DC, run_chain
+from planes import run_chain
 from transfers import Horizons, unshaded_transfer
-from weathers import BARROW, HOUR
+from weathers import HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.hours import prepare_hours
-from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.energy.sum_block import filled_share
-from citypv.core.settings.request import Request
-from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]
 AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
@@ -25,14 +19,6 @@ AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
 
 def suns_of(weather, way):
     return choose_suns(way, *weather.axis)
-
-
-def test_cell_temperature_of_the_chain():
-    """The same from the slope that the tables use."""
-    weather = read_weather("clear-sky", 0.0, 0.0)
-    weather.data["temp_air"], weather.data["wind_speed"] = 20.0, 5.0
-    hours = prepare_hours(suns_of(weather, "hourly"), weather, dc_system(), split_sky(weather, "isotropic"))
-    assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
 
 
 @pytest.mark.parametrize(
@@ -51,45 +37,6 @@ def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
         assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=tolerance)
         np.testing.assert_allclose(energy.full_load_hours_by_month[row], by_month, rtol=10 * tolerance, atol=1e-3)
     assert energy.years == 1
-
-
-def test_relative_direct_irradiance_of_unshaded_surfaces(berlin):
-    """Mean over the intervals above 2° of paper, Eq. 11."""
-    transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), TILT, AZIMUTH)
-    energy = compute_energy(transfer, berlin)
-    data = berlin.data[berlin.data["apparent_zenith"] <= 88]
-    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
-        aoi = pvlib.irradiance.aoi_projection(tilt, azimuth, data["apparent_zenith"], data["solar_azimuth"])
-        ground = (1 - np.cos(np.radians(tilt))) / 2
-        relative = np.maximum(aoi, 0) + 0.25 * ground * np.cos(np.radians(data["apparent_zenith"]))  # Eq. 11
-        assert energy.direct_relative_annual[row] == pytest.approx(relative.mean(), rel=1e-9)
-
-
-@pytest.mark.once
-def test_polar_weather_and_another_module():
-    barrow = read_weather(BARROW, 71.3, -156.8)
-    name = "Canadian_Solar_CS5P_220M___2009_"
-    transfer = unshaded_transfer(suns_of(barrow, "typical-days:12"), TILT, AZIMUTH)
-    energy = compute_energy(transfer, barrow, build_system(Request(module=name, **DC)))
-    for row in (0, 3, 4, 6):
-        poa, capacity_factor = run_chain(barrow.data, TILT[row], AZIMUTH[row], name=name)
-        assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)
-        assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=1e-9)
-    assert np.isfinite(energy.full_load_hours).all()
-    assert (energy.full_load_hours_by_month[:, 11] < 1).all()  # December is night
-
-
-@pytest.mark.parametrize("way", ["days:24", "sky-grid:1000", "hourly"])
-def test_tables_equal_pvlib_on_shaded_surfaces(berlin, way, monkeypatch):
-    transfer = Horizons(200, 3).transfer(suns_of(berlin, way))
-    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12)
-    plain = compute_energy(transfer, berlin)
-    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 0)
-    fast = compute_energy(transfer, berlin)
-    np.testing.assert_allclose(fast.full_load_hours, plain.full_load_hours, rtol=5e-5)
-    np.testing.assert_allclose(fast.poa_global_annual, plain.poa_global_annual, rtol=1e-6)
-    np.testing.assert_allclose(fast.direct_relative_annual, plain.direct_relative_annual, rtol=1e-6)
-    np.testing.assert_allclose(fast.capacity_factor, plain.capacity_factor, atol=5e-5)
 
 
 def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):

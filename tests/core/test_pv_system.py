@@ -10,7 +10,7 @@ from transfers import Horizons, unshaded_transfer
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.power import dc_factor, dc_power, incidence_factor, spectral_factor, tabulate_power
+from citypv.core.energy.power import dc_factor, dc_power, spectral_factor, tabulate_power
 from citypv.core.energy.pv_system import build_system, dc_system, pick_inverter, pick_module
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
@@ -99,22 +99,6 @@ def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
     np.testing.assert_array_less(np.abs(fast.series.capacity_factor - exact), np.maximum(1e-5, 5e-4 * np.abs(exact)))
     for name in ("full_load_hours", "full_load_hours_dc"):
         np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=2e-5)
-
-
-@pytest.mark.parametrize("given", [{}, {"iam": "physical"}, {"iam": "ashrae"}], ids=str)
-def test_table_of_incidence_from_straight_to_grazing(given):
-    system = build_system(Request(**given))
-    aoi = np.concatenate([np.linspace(0, 2, 500), np.linspace(2, 90, 2000)])
-    cosine = np.cos(np.radians(aoi)).astype(np.float32)[None, :]
-    zero, one = np.zeros((1, 1), np.float32), np.ones((1, 1), np.float32)
-    hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
-    direct = (800 * cosine).astype(np.float32)
-    light = direct, 0 * direct, 0 * direct, cosine.copy()
-    found = dc_factor(tabulate_power(system), *light, hours=hours, mounting=np.zeros(cosine.shape[1], int))
-    effective = direct[0].astype(float) * incidence_factor(aoi, system)
-    lit = effective > 1e-3
-    exact = dc_power(effective[lit], np.full(lit.sum(), 25.0), system.module)
-    np.testing.assert_array_less(np.abs(found[0, lit] - exact), np.maximum(1e-5, 5e-4 * exact))
 
 
 def test_losses_and_inverters(berlin, hourly):

@@ -113,23 +113,6 @@ def test_more_typical_days_stand_nearer():
     assert mismatch(every, times, 30, 0).max() < 0.01
 
 
-def test_typical_days_do_not_depend_on_the_longitude():
-    home = choose_suns("typical-days:12", year_of(), HOUR, 40.0, 0.0)
-    for longitude in (15.0, 105.0, -180.0, 180.0):
-        away = choose_suns("typical-days:12", year_of(), HOUR, 40.0, longitude)
-        # The two k-means may settle on other borders between the days; their suns are still neighbours.
-        cosine = (away.direction @ home.direction.T).max(axis=1)
-        assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 4
-        own = mismatch(away, year_of(), 40.0, longitude).mean()
-        assert own == pytest.approx(mismatch(home, year_of(), 40.0, 0.0).mean(), rel=0.1)
-
-
-def test_typical_days_are_repeatable():
-    times = year_of()
-    first, again = (choose_suns("typical-days:6", times, HOUR, 52.5, 13.4) for _ in range(2))
-    np.testing.assert_array_equal(first.direction, again.direction)
-
-
 def test_weights_are_the_shares_of_the_year():
     times = year_of()
     for way in ("days:24", "typical-days:12", "sky-grid:400", "hourly"):

@@ -88,16 +88,6 @@ def test_epw_of_pvgis_without_its_comment(tmp_path):
     refuse(write_lines(tmp_path / "no_comment.epw", lines), "40 min later", "--time-shift 4")
 
 
-@pytest.mark.parametrize(("zone", "shift"), [("-9.5", -30), ("-8.0", 60)])
-def test_epw_in_the_wrong_zone(tmp_path, zone, shift):
-    lines = lines_of(BARROW)
-    lines[0] = lines[0].replace(",-9.0,", f",{zone},")
-    path = write_lines(tmp_path / "zone.epw", lines)
-    refuse(path, "GHI differs", f"--time-shift {shift}")
-    mended = read_weather(path, *BERLIN, time_shift=shift)
-    np.testing.assert_allclose(annual_sums(mended), annual_sums(read_weather(BARROW, *BERLIN)), rtol=1e-9)
-
-
 def test_direct_light_of_another_sun():
     """Cairo: GHI rises and sets on time, but DNI belongs to the sun of the end of the hour."""
     refuse(CAIRO, "--time-shift 30", "by 0.2 %", "--weather-without dni")

@@ -137,16 +137,6 @@ def test_poles_and_date_line(system):
     assert hours[2, 2, 37:].argmax() in (11, 12)
 
 
-def test_the_hemispheres_mirror_each_other(system):
-    """South walls of the north and north walls of the south; the seasons are six months apart."""
-    places = Places(np.array([40.0, -40.0]), np.array([0.0, 0.0]))
-    north, south = world_of(unshaded_transfer(), places, system).full_load_hours[:, 0]
-    assert north[2, 0] > 2 * south[2, 0]
-    assert south[0, 0] > 2 * north[0, 0]
-    assert north[4:, 1 + 6].mean() > north[4:, 1].mean()
-    assert south[4:, 1 + 6].mean() < south[4:, 1].mean()
-
-
 def test_land_and_sea(system):
     """Off land the climate is blank, or the clear sky, and says which."""
     places = Places(np.array([45.0, 45.0]), np.array([8.0, -30.0]))
