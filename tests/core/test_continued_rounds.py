@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 from test_merge_transfers import REQUEST, light_of, prepared_houses
 from test_trees import wall_and_tree
 
@@ -14,15 +12,12 @@ from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
 from citypv.core.light.rounds import Round, add_round
 from citypv.core.light.trace_gather import trace_gather, trace_light
-from citypv.core.rays.hemisphere_rays import merge_nets
-from citypv.core.rays.sample_points import sobol_digits, sobol_points
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
+from citypv.core.study import read_year, trace_scene
 
 pytestmark = pytest.mark.once
 
-NRW = Path(__file__).parents[1] / "data/citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz"
 DOUBLING, RUNS = (1, 2), 10  # rounds after the first: four times its samples
 
 
@@ -59,22 +54,6 @@ def full_patches():
     full = np.zeros(len(scene.surfaces), bool)
     full[scene.triangle_surface[prepared.plan.receivers]] = True
     return full
-
-
-def test_parts_of_the_sequence_are_the_first_points_moved_by_a_digital_shift():
-    whole = sobol_digits(64)
-    for size in (1, 4, 16, 32):
-        for first in range(0, 64, size):
-            assert np.array_equal(whole[first : first + size], whole[:size] ^ sobol_points([first]))
-
-
-def test_two_halves_of_a_net_make_the_whole():
-    """Each value lands in the rectangle of the finer grid in which its point lies, each in one of its own."""
-    shift = np.random.default_rng(2).integers(0, 1 << 24, (5, 2), dtype=np.uint32)
-    for points in (1, 2, 8, 16):
-        shifts = shift, shift ^ sobol_points([points])[:, :2]
-        values = np.arange(10.0 * points, dtype=np.float32).reshape(2, 5, points)
-        assert np.array_equal(np.sort(merge_nets(shifts, values), axis=1), np.sort(np.hstack(values), axis=1))
 
 
 @pytest.mark.parametrize("sizes", [(1, 2), (1, 1, 1)])
@@ -130,16 +109,6 @@ def test_surfaces_that_a_round_is_not_for_keep_their_own_samples():
         assert scatter[counted].mean() < 0.4 * scatter[still].mean()
 
 
-@pytest.mark.thorough
-def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
-    """Three degrees of freedom, since replicates go on."""
-    known = np.mean([light_of(in_rounds(seed, DOUBLING).transfer)[0] for seed in range(1, RUNS + 1)], axis=0)
-    light, error = light_of(in_rounds(0, DOUBLING).transfer)
-    noisy = error > 1e-6
-    band = stats.t.ppf(0.975, 3) * error * np.sqrt(1 + 1 / RUNS)
-    assert 0.9 <= (np.abs(light - known)[noisy] <= band[noisy]).mean() <= 0.99
-
-
 @pytest.mark.parametrize("bounces", [0, 2])
 def test_both_states_of_trees_go_on(bounces):
     """Rounds of all surfaces, then of some alone: light in leaf and bare as of a run of 16 times the samples."""
@@ -159,21 +128,3 @@ def test_both_states_of_trees_go_on(bounces):
         (light, error), (true, left) = light_of(found), light_of(expected)
         assert (np.abs(light - true) <= 6 * np.hypot(error, left) + 1e-6)[:, alone].all()
     assert total.record.rounds == 8
-
-
-@pytest.mark.thorough
-def test_rounds_do_not_lower_the_error_by_patch_size():
-    """All rounds have the same patches: together they state the error that one run with all their samples states."""
-    scene = read_scene([NRW], Request(patch_size=20.0))
-    request = Request(patch_size=20.0, suns="days:4", max_bounces=2, threads=1)
-    weather = read_year(scene.site, request)
-    prepared = replace(build_tree(prepare_study(scene, weather, request), request), rounds=True)
-    more = replace(request, samples=4 * request.samples, shadow_samples=4 * request.shadow_samples)
-    one = trace_gather(scene, prepared.suns, more, silent, prepared=prepared)
-    run = trace_run(scene, weather, request, prepared=prepared)
-    for size in DOUBLING:
-        run = trace_round(run, Round(size))
-    total = run.transfer
-    for part in ("diffuse_discretisation", "direct_discretisation"):
-        told, known = (getattr(light.error_parts, part)[scene.surfaces.eligible] for light in (total, one))
-        assert 0.8 < np.sqrt((told**2).mean() / (known**2).mean()) < 1.25

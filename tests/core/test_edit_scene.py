@@ -9,8 +9,6 @@ from cities import box, make_city
 from citypv.core.city import lay_ground
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.edit_city import Change, edit_city
-from citypv.core.city.known_polygons import find_known, name_polygons
-from citypv.core.city.locate_site import bring_to_origin
 
 SAME = ("triangle_surface", "footprint", "closure", "sheet", "drawn", "floating")
 
@@ -67,13 +65,3 @@ def test_the_scene_of_an_edit_is_that_of_the_city_alone(before, name, monkeypatc
     for field, values in vars(alone.surfaces).items():
         assert np.array_equal(getattr(found.surfaces, field), values), field
     assert vars(found.report) == vars(alone.report)
-
-
-def test_only_what_shares_corners_with_an_edit_is_cut(before):
-    """A party wall is cut with both of its houses."""
-    city = edit_city(CITY, EDITS["raised"])
-    shape = bring_to_origin(city.points, before.site), city.ring_start, city.polygon_start
-    known = find_known(before, city.surface_id, name_polygons(*shape), shape)
-    cut = {city.building_id[row] for row in np.flatnonzero(known.place < 0)}
-    assert {"a228"} <= cut <= {"a228", "b228"}
-    assert {city.building_id[row] for row in np.flatnonzero(known.same < 0)} == {"a228"}

@@ -5,19 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from test_trees import wall_and_tree
 from transfers import Horizons, unshaded_transfer
-from weathers import BERLIN, ERA5, plain_table, write_table, year_of
+from weathers import ERA5
 
-from citypv.core import study
 from citypv.core.accuracy.error_budget import budget_groups
 from citypv.core.accuracy.yield_errors import seconds_of_rounds, seconds_to_halve, split_errors, times_more
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.transfer import ErrorParts
 from citypv.core.results.write_summary import budget_errors
-from citypv.core.settings.request import Request
-from citypv.core.study import choose_year, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -86,7 +81,6 @@ def test_a_wall_whose_error_is_unknown(walls):
 # -- a year in leaf and bare: each state counts with its share of the year's light --
 
 SUMMER = (5, 6, 7, 8, 9, 10)
-SEEDS = 16
 
 
 @pytest.mark.parametrize(("leaf", "bare"), [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
@@ -110,30 +104,6 @@ def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     timed = replace(seasonal, record=took, bare=replace(without, record=replace(took, seconds={"suns": 3.0})))
     assert seconds_of_rounds(timed) == 5.0
     assert seconds_to_halve(timed, weather, energy) == pytest.approx(np.full(COUNT, 15.0))
-
-
-@pytest.mark.thorough
-def test_the_budget_is_as_large_as_the_scatter_over_seeds(tmp_path):
-    """A wall behind a tree with hardly any branches: mean hours over 16 seeds scatter as the budget says.
-
-    With 15 degrees of freedom the scatter is known within about 20 %, at two standard errors 40 %. Noise of the two
-    states is added up as if it came from the same rays, which it does not quite: up to √2 more is stated.
-    """
-    write_table(tmp_path / "weather.csv", plain_table(year_of(2021)))
-    scene, weather, suns, found = wall_and_tree(), None, None, []
-    for seed in range(SEEDS):
-        request = Request(
-            weather=[str(tmp_path / "weather.csv")], weather_place=BERLIN, suns="days:2", samples=64, shadow_samples=4,
-            max_bounces=1, threads=1, seed=seed, leaf_months="5-8", sky="isotropic",
-        )  # fmt: skip
-        weather = weather or read_year(scene.site, request)
-        suns = suns or choose_year(weather, request)
-        transfer = trace_scene(scene, weather, request, prepared=prepare_scene(scene, request, suns=suns))
-        energy = study.compute_energy(transfer, weather, request)
-        budget = budget_groups(transfer, weather, energy, None)["facade south"]["sampling"]
-        found.append((100 * budget["hours"] / budget["percent"], budget["hours"]))
-    hours, stated = np.transpose(found)
-    assert 0.6 < np.sqrt(np.mean(stated**2)) / np.std(hours, ddof=1) < 1.4 * np.sqrt(2)
 
 
 # -- seconds to halve the standard error --

@@ -11,7 +11,7 @@ from citypv.core.commands.plain_scenes import room
 from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
-from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
+from citypv.core.photons.emit_photons import box_of_scene, sky_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, leave_patches, meet_fronts, reflect_photons
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
@@ -130,27 +130,6 @@ def test_standard_error_is_that_of_the_noise():
         quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
     assert stats.kstest(np.concatenate(quotients), "t", args=(PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
-
-
-def test_photons_enter_where_the_light_does():
-    """Shares of the box's sides, and directions: the sky's fall, the far ground's rise, a sun's are parallel."""
-    low, size = box = Box(np.array([0.0, 0, 0]), np.array([4.0, 2, 1]))
-    place = np.arange(100_000)
-    for source, rising in ((sky_source(box, 0), False), (far_ground_source(box, 0), True)):
-        origins, directions = emit_photons(source, np.zeros_like(place), place)
-        assert source.power.sum() == pytest.approx(8 + 6)
-        level = origins[:, 2] == (0 if rising else 1)
-        assert level.mean() == pytest.approx(8 / 14, abs=1e-3)
-        assert ((directions[:, 2] > 0) == rising).all()
-        assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-6)
-        assert np.abs(directions[level, 2]).mean() == pytest.approx(2 / 3, abs=2e-3)  # Lambertian
-        outwards = ((origins == low) & (directions < 0)) | ((origins == low + size) & (directions > 0))
-        assert not outwards.any()
-        assert ((origins == low) | (origins == low + size)).any(axis=1).all()
-    sun = sun_source(box, [0, 0, 1], 0, 0)
-    assert sun.power == pytest.approx([8, 0, 0, 0, 0, 0])
-    slanted = sun_source(box, [0.6, 0, 0.8], 0, 0)
-    assert slanted.power.sum() == pytest.approx(8 * 0.8 + 2 * 0.6)
 
 
 def test_broken_numbers_are_refused():

@@ -76,20 +76,6 @@ def test_three_houses(bounces):
     assert (np.abs(difference) <= 4 * error + 1e-6).all()
 
 
-@pytest.mark.thorough
-def test_light_within_a_patch_is_handed_on_from_where_it_lies():
-    """Walls that are one patch each hand on their light no worse than walls that are cut into pieces.
-
-    Handed on evenly over each wall, it would be off by 5 % of the reflected light and by 13 standard errors.
-    """
-    settings = {"max_bounces": 1, "far_ground": False, "shadow_samples": 64}
-    for patch_size, gather, forward in ((40.0, 8192, 10_000), (4.0, 1024, 200)):
-        difference, error, reflected = compare(
-            refined(three_houses(), patch_size), SUNS, settings | {"samples": gather}, settings | {"samples": forward}
-        )
-        assert (np.abs(difference) <= 4 * error + 0.005 * reflected)[1:, 1].all()
-
-
 TOWN_SUNS = [20, 71, 100]
 
 

@@ -7,7 +7,6 @@ from test_closed_forms import direct_relative
 from test_tracing import SUNS, three_houses
 from weathers import HOUR, year_of
 
-from citypv.core.effects.rays import choose_turns
 from citypv.core.light.shadow_points import split_net
 from citypv.core.rays.sample_points import grid_of
 from citypv.core.sun.sun_sampling import choose_suns
@@ -103,13 +102,3 @@ def test_others_keep_honest_errors(year):
     assert len(deviation) > 100
     assert 0.4 < np.median(deviation) < 1.2  # 0.765 of t with three degrees of freedom
     assert (deviation < 4).mean() > 0.9  # 97 %
-
-
-def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
-    """A sixteenth of the points where receivers fill less than a quarter of the hemisphere, wherever that is."""
-    full = np.array([True, False, False, False, False, False])
-    ground = np.array([False, False, True, True, True, True])
-    filled = np.float32([0.9, 0.01, 0.4, 0.01, 0.3, 0.24])
-    assert choose_turns(full, ground, filled, 16).tolist() == [1, 4, 4, 16, 4, 16]
-    assert choose_turns(full, ground, None, 16).tolist() == [1, 4, 4, 4, 4, 4]
-    assert choose_turns(full, ground, filled, 8) is None and choose_turns(None, ground, filled, 16) is None
