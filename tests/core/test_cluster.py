@@ -91,15 +91,6 @@ def test_every_surface_is_in_the_one_tile_around_its_centre(inputs, size):
         assert (centres[members] <= low + size + 1e-9).all()
 
 
-def test_centres_are_means_over_the_area(inputs):
-    """A south wall's centre in plan is the middle of its foot; a gable's is too, by symmetry."""
-    scene = inputs[0].scene
-    row = scene.surfaces.surface_id.index
-    south, east = (find_centres(scene)[row(f"h0_{side}")] for side in ("south", "east"))
-    # In true north's axes: from the south wall's middle to the east wall's it is half a width and half a depth.
-    assert np.linalg.norm(east - south) == pytest.approx(np.hypot(5.0, 4.5), abs=1e-3)
-
-
 def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     """Rays of a tile's own surfaces are the same as in the whole; only those of its surroundings are fewer."""
     prepared, weather, request = inputs

@@ -18,7 +18,7 @@ from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_year
+from citypv.core.study import read_year
 from citypv.core.sun.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
 from citypv.core.sun.sun_sampling import hourly_suns
@@ -152,22 +152,3 @@ def test_what_is_switched_off_stays_below_its_bound(town):
     assert 0.002 < lost.max() <= bounds["off"] < 3 * lost.max()
     apart = max(np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max() for other in others)
     assert apart <= bounds["on"] < 0.01
-
-
-def test_suns_that_only_stand_behind_terrain_send_no_rays(town, tmp_path):
-    """Ridges of 30° in the east and west: the same light in every hour of the year, from fewer rays."""
-    path = tmp_path / "ridges.csv"
-    path.write_text("azimuth,elevation\n0,0\n45,30\n135,30\n180,0\n225,30\n315,30\n", encoding="utf-8")
-    settings = {"suns": "days:4", "samples": 64, "shadow_samples": 4, "weather": "clear-sky", "threads": 1}
-    request = Request(horizon=str(path), max_bounces=2, **settings)
-    weather = read_year(town.site, request)
-    prepared = prepare_study(town, weather, request)
-    known = prepared.plan
-    assert 0.1 < len(known.hidden_suns) / len(prepared.suns) < 0.6
-    sent = [trace_gather(town, prepared.suns, request, silent, prepared=prepared)]
-    known.hidden_suns = known.hidden_suns[:0]
-    sent.append(trace_gather(town, prepared.suns, request, silent, prepared=prepared))
-    assert sent[0].record.shadow_rays < 0.9 * sent[1].record.shadow_rays
-    hours = [compute_energy(one, weather, threads=1).full_load_hours for one in sent]
-    # Only where a surface turns away from a sun does it take the visible share from suns around it.
-    np.testing.assert_allclose(hours[0], hours[1], rtol=1e-4)

@@ -40,15 +40,6 @@ def rim_length(vertices, triangles):
     return np.linalg.norm(vertices[single[:, 0]] - vertices[single[:, 1]], axis=1).sum()
 
 
-def test_one_size_for_all_is_the_size_of_each():
-    scene = wall_and_ground()
-    one, each = (
-        refine_triangles(scene.vertices, scene.triangles, size) for size in (7.0, np.full(len(scene.triangles), 7.0))
-    )
-    for a, b in zip(one, each, strict=True):
-        assert np.array_equal(a, b)
-
-
 @pytest.mark.parametrize(("length", "height", "most"), [(1000, 3, 220), (100, 3, 24), (1000, 30, 2700), (60, 15, 72)])
 def test_long_walls_are_cut_into_near_squares(length, height, most):
     """A wall of 1000 × 3 m was cut into 4,374 patches. A piece of 10 m and its diagonal leave 9.5 m: 105 pieces."""

@@ -162,22 +162,6 @@ def test_no_ray_slips_under_a_wall(tmp_path):
     assert ((normal[hits] * directions).sum(axis=1) < 1e-6 * np.linalg.norm(normal[hits], axis=1)).all()
 
 
-def test_what_lies_in_the_earth_sees_only_backs(tmp_path):
-    city = town(-60.0, -60.0, -15.0)
-    scene = on_slope(city, tmp_path, 0.0)
-    rays = RayScene(scene.vertices, scene.triangles)
-    corners = scene.vertices[scene.triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    low = city.points.min(axis=0)[:2] - np.array(scene.site.origin)[:2]
-    start = np.array([*(low - 3.0), 5.0])  # 10 m under the surface, beside a buried wall
-    directions = np.random.default_rng(3).normal(size=(5000, 3)).astype(np.float32)
-    hits = rays.trace_closest(np.tile(start, (5000, 1)).astype(np.float32), directions)
-    assert (hits >= 0).all()
-    outside = scene.triangle_surface[hits] < 0
-    assert outside.mean() > 0.4
-    assert ((normal[hits] * directions).sum(axis=1)[outside] > 0).all()
-
-
 def test_another_zero_level_is_suspected(tmp_path):
     city = town(-60.0, -60.0, 47.0)
     scene = on_slope(city, tmp_path, 0.0)

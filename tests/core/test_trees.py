@@ -11,7 +11,6 @@ from weathers import BERLIN, plain_table, write_table, year_of
 
 from citypv.core.accuracy.effect_shares import shares_of_effects
 from citypv.core.city.canopy import Canopy
-from citypv.core.city.crossing_loops import halve_nodes
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
@@ -86,25 +85,6 @@ def test_which_rays_end_in_a_row_of_crowns():
     clear = np.abs(expected - numbers) > 1e-5
     assert ((canopy.transmittance(*rays, numbers)[0] < numbers) == (expected < numbers))[clear].all()
     assert 0.2 < (expected < numbers).mean() < 0.9
-
-
-def test_bodies_stay_whole_and_are_halved_where_one_begins_next_to_the_half():
-    """Two nodes of a dozen bodies side by side along x, of any size, one of them larger than the others together."""
-    random = np.random.default_rng(5)
-    for _ in range(20):
-        sizes = random.integers(1, 30, (2, 12))
-        sizes[:, random.choice([0, 5, 11])] *= 40
-        body = np.repeat(np.arange(24), sizes.ravel())
-        middle = body[:, None] * [1.0, 0, 0]
-        bounds = np.append(0, sizes.sum(axis=1).cumsum())
-        mixed = np.concatenate([random.permutation(np.arange(*bounds[k : k + 2])) for k in (0, 1)])
-        order, cuts = halve_nodes(
-            mixed, bounds[:2], np.array([True, True]), (middle, random.random(middle.shape), body)
-        )
-        assert (np.diff(body[order]) >= 0).all()
-        for first, own, cut in zip(bounds, sizes, cuts, strict=False):
-            begins, half = first + own.cumsum()[:-1], first + own.sum() // 2
-            assert cut in begins and abs(cut - half) == np.abs(begins - half).min()
 
 
 def test_one_sum_tells_which_rays_end_in_leaf_and_bare():

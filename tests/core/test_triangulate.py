@@ -96,23 +96,6 @@ def assert_closed(triangles):
     assert {edge[::-1] for edge in directed} == directed
 
 
-@pytest.mark.parametrize("patch_size", [0.1, 3.0])
-def test_refining_keeps_area_orientation_and_parents(patch_size):
-    random = np.random.default_rng(1)
-    vertices = random.uniform(0, 3, (40, 3))
-    triangles = random.permuted(np.tile(np.arange(40), (12, 1)), axis=1)[:, :3]
-    before = vectors(vertices, triangles)
-    finer, pieces, parent = refine_triangles(vertices, triangles, patch_size)
-    edges = pieces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    assert np.linalg.norm(finer[edges[:, 0]] - finer[edges[:, 1]], axis=1).max() <= 1.00001 * patch_size
-    assert np.array_equal(finer[:40], vertices)
-    summed = np.stack([np.bincount(parent, column, minlength=12) for column in vectors(finer, pieces).T], axis=1)
-    assert summed == pytest.approx(before, abs=1e-9)
-    along = np.einsum("ij,ij->i", vectors(finer, pieces), before[parent])
-    assert along.min() > 0
-    assert np.all(np.diff(parent) >= 0)
-
-
 def test_large_patches_change_nothing():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
     _, pieces, parent = refine_triangles(vertices, [[0, 1, 2]], 2.0)

@@ -6,7 +6,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, merge_places, plant_tree
+from citypv.core.city.places_in_plan import COINCIDENT, merge_places
 from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
@@ -97,30 +97,6 @@ def test_heights_are_linear_in_triangles_and_infinite_beyond():
 # -- places in boxes, and feet that hang, as comparing each with each finds them --
 
 
-@pytest.mark.parametrize("extent", [1.0, 30.0, 3000.0])
-def test_pairs_of_places_and_boxes(extent):
-    """Also of boxes that lie partly or wholly beyond all places, have no area, or are none at all."""
-    random = np.random.default_rng(1)
-    places = random.uniform(-100, 100, (800, 2))
-    low = random.uniform(-150, 150, (60, 2))
-    boxes = np.concatenate([low, low + random.uniform(0, extent, (60, 2))], axis=1)
-    boxes = np.concatenate([boxes, [[np.nan] * 4], np.tile(places[:1], 2), [[-1e6, -1e6, 1e6, 1e6]]])
-    within = (places[:, None] >= boxes[:, :2]) & (places[:, None] <= boxes[:, 2:])
-    expected = np.argwhere(within.all(axis=2).T)[:, ::-1]
-    place, box = find_in_boxes(plant_tree(places), boxes)
-    assert (np.diff(box) >= 0).all()
-    order = np.lexsort([place, box])
-    np.testing.assert_array_equal(np.column_stack([place, box])[order], expected)
-
-
-def test_no_places_or_boxes():
-    none, one = np.empty((0, 2)), np.array([[0.0, 0, 1, 1]])
-    assert not len(find_in_boxes(plant_tree(none), one)[0])
-    assert not len(find_in_boxes(plant_tree(np.zeros((3, 2))), one[:0])[0])
-    place, box = find_in_boxes(plant_tree(np.zeros((3, 2))), one)
-    assert sorted(place) == [0, 1, 2] and not box.any()
-
-
 @pytest.mark.parametrize("slope", [0.1, 0.5])
 def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
     """Feet on a cone, some of them raised; so few that all are compared as neighbours."""
@@ -142,19 +118,6 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
 
 
 # -- feet at one place in plan view, among them such that rounding puts on two sides of the border of two cells --
-
-BORDER = 100.5 * COINCIDENT  # between two cells
-ULP = np.spacing(BORDER)
-
-
-@pytest.mark.parametrize("axis", [0, 1])
-def test_rounding_across_a_border_makes_no_second_place(axis):
-    corner = np.full((9, 3), [3.0, 7.0, 0.0])
-    corner[:, axis] = BORDER + ULP * np.arange(-4, 5)
-    corner[6, 2] = -1.0
-    lowest, place = merge_places(np.concatenate([corner, [[3.5, 7.5, 0.0]]]))
-    assert sorted(lowest) == [6, 9]
-    assert len(set(place[:9])) == 1 and place[9] not in place[:9]
 
 
 def test_corners_in_half_centimetres_are_each_one_place():
