@@ -98,18 +98,3 @@ def test_interrupted_error_check_keeps_all_suns(city, tmp_path, capfd, monkeypat
     assert summary["suns"]["way"] == "typical-days:8"
     assert "sun_sampling" not in summary["error_budget"]
     assert capfd.readouterr().err.startswith("Interrupted: kept ")
-
-
-def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, monkeypatch):
-    begin = sun_blocks.SunProgress.begin
-
-    def stop(self, block):
-        begin(self, block)
-        self.progress("suns", 0, 1, "rays")
-        signal.raise_signal(signal.SIGINT)
-
-    monkeypatch.setattr(sun_blocks.SunProgress, "begin", stop)
-    assert run(city, tmp_path / "out", "--quiet") == 130
-    message = "citypv: error: interrupted before the first suns were finished; no results were written\n"
-    assert capfd.readouterr().err == message
-    assert list(tmp_path.iterdir()) == []

@@ -193,30 +193,23 @@ def test_real_files_spoilt(tmp_path, suffix, count):
 GML = text.HEAD.encode()
 JSON = b'{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", "geometry": [['
 SEQUENCE = b'{"type": "CityJSON", "version": "2.0", "vertices": []}\n'
-PLACED = {str(k): house(*[instance()] * 100) for k in range(5)}
 TEMPLATES = {"templates": [{"type": "MultiSurface", "lod": "2", "boundaries": [[face] for face in FACES] * 400}]}
 TEMPLATES = {"geometry-templates": {**TEMPLATES, "vertices-templates": CUBE}}
 BOMBS = {  # name: head, piece, how many, what is said
     "comments.gml.gz": (GML, b"<!--" + b" " * 2**20 + b"-->", 300, "decompresses to more than"),
     "lines.obj.gz": (b"v 0 0 0\n", (b"#" + b" " * 1022 + b"\n") * 2**10, 300, "decompresses to more than"),
     "elements.gml.gz": (GML, b"<a/>" * 2**18, 100, "tags before the end of a building"),
-    "inside.gml.gz": (GML + b"<cityObjectMember>", b"<a></a>" * 2**17, 100, "tags before the end of a building"),
     "deep.gml": (GML, b"<a>", 100_000, "nested too deeply"),
     "wide.gml": (GML + b"<a" + b"".join(b' x%d="1"' % k for k in range(10**5)) + b"/>", b"", 0, "invalid XML"),
     "lists.json.gz": (JSON, b"[]," * 2**18, 100, "too large for memory"),
-    "objects.json.gz": (JSON, b'{"a":0},' * 2**17, 60, "too large for memory"),
-    "numbers.json.gz": (JSON, b"1.5," * 2**18, 200, "too large for memory"),
     "rings.jsonl.gz": (SEQUENCE + JSON, b"[[0,1,2]]," * 2**18, 30, "too large for memory"),
     "word.json.gz": (b'{"type": "', b"x" * 2**20, 200, "decompresses to more than"),
     "deep.json": (JSON, b"[", 500_000, "lists nested too deeply"),
-    "templates.json": (json.dumps(model(PLACED, **TEMPLATES)).encode(), b"", 0, "template instances have more than"),
 }
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
-@pytest.mark.parametrize(
-    "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.thorough) for name in BOMBS]
-)
+@pytest.mark.parametrize("name", BOMBS)
 def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     head, piece, count, said = BOMBS[name]
     pack = gzip.compress if name.endswith(".gz") else bytes  # packed parts in a row are one packed file
@@ -229,7 +222,7 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
 
 
 def test_many_instances_of_a_template_are_refused(tmp_path, monkeypatch):
-    """As the bomb is, and read where they are as many as are allowed."""
+    """Small files of many copies; as many as are allowed are read."""
     placed = {"a": house(*[instance()] * 10)}
     (tmp_path / "city.json").write_text(json.dumps(model(placed, **TEMPLATES)), encoding="utf-8")
     count = 10 * len(TEMPLATES["geometry-templates"]["templates"][0]["boundaries"])

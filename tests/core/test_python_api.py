@@ -18,8 +18,7 @@ FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days
 # Settings as options and in Python.
 SETTINGS = {
     "few rays": ([], {}),
-    "draft": (["--preset", "draft"], {"preset": "draft"}),
-    "as the paper": (["--method", "paper"], {"method": "paper"}),
+    "a preset, as the paper": (["--preset", "draft", "--method", "paper"], {"preset": "draft", "method": "paper"}),
     "effects, shares and losses": (
         ["--effects", "reflectors=off", "perez=on", "--usable", "facade=0.6,roof=0.8", "--losses", "5"],
         {"effects": {"reflectors": False, "perez": True}, "usable": {"facade": 0.6, "roof": 0.8}, "losses": 5},
@@ -44,9 +43,7 @@ def options_of(settings):
 @pytest.mark.parametrize("name", SETTINGS)
 def test_the_same_files_as_the_command_line(name, city, tmp_path):
     options, settings = SETTINGS[name]
-    common = {key: value for key, value in FEW.items() if not {key, "preset"} & set(settings) or key == "threads"}
-    if "preset" in settings or "method" in settings:
-        common = {"weather": "clear-sky", "threads": 1}
+    common = {key: value for key, value in FEW.items() if key not in settings}
     assert main(["simulate", str(city), "--out", str(tmp_path / "a"), "--quiet", *options_of(common), *options]) == 0
     found = citypv.simulate([city], out=tmp_path / "b", **common | settings)
     for table in ("faces.csv", "groups.csv", "buildings.csv"):

@@ -183,6 +183,7 @@ def test_all_that_is_written_has_a_checksum(kept_again):
         for group in (file, file["bare"]):
             written = {*group.variables, *(":" + name for name in group.ncattrs())} - {":checksums"}
             assert set(json.loads(group.checksums)) == written and len(written) > 40
+        np.testing.assert_array_equal(file["visible_share"][:], kept_again[1].visible_share)  # as others read it
 
 
 @pytest.mark.parametrize("name", ["diffuse_relative", "horizon_relative", "surface_id", "site"])
@@ -295,17 +296,3 @@ def test_the_formats_of_netcdf_are_read_alike(form, tmp_path):
     with open_netcdf.open_netcdf(path) as dataset:
         np.testing.assert_array_equal(dataset["ssrd"], [100.0, 101.5, np.nan, 90.0])
         assert (dataset["time"].to_numpy() == np.arange("2017-01-01", "2017-01-01T04", dtype="M8[h]")).all()
-
-
-def test_others_read_the_transfer(weighed, tmp_path):
-    """The NetCDF library sees the same numbers as were written, packed by deflate in whole rows."""
-    transfer, _, _ = weighed
-    write_transfer(tmp_path / "transfer.nc", transfer)
-    with netCDF4.Dataset(tmp_path / "transfer.nc") as raw:
-        assert raw.data_model == "NETCDF4"
-        assert raw["surface_id"][:].tolist() == transfer.surfaces.surface_id
-        for name in ("visible_share", "direct_reflected"):
-            np.testing.assert_array_equal(raw[name][:], getattr(transfer, name))
-            assert raw[name].filters()["zlib"] and raw[name].filters()["shuffle"]
-            assert raw[name].chunking()[1] == len(transfer.suns.direction)
-        assert json.loads(raw.site)["latitude"] == transfer.site.latitude
