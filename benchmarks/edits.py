@@ -16,7 +16,8 @@ import pandas as pd
 if __package__ in (None, ""):
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from citypv.core.city.edit_city import Change, edit_city, take_polygons
+from citypv.core.city.city import take_polygons
+from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays

@@ -7,11 +7,11 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .city import City, ImportReport
+from .city import City, ImportReport, number_names
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
 from .polygons import clean_rings, measure_polygons, starts_of
-from .repair_polygons import Draft, repair_polygons
+from .repair_polygons import repair_polygons
 
 ORIENTS = ("auto", "as-drawn")
 SHAPELESS = "building without "  # begins the reasons why a building was left out
@@ -61,28 +61,17 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     report_share(0.1)
     chosen = _choose(contents, lod, report)
     report_share(0.2)
-    draft = _flatten(contents, chosen, report)
+    city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
-    draft = repair_polygons(draft, report)
+    city = repair_polygons(city, sources, report)
     report_share(0.65)
-    if not draft.polygons:
+    if not len(city):
         raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
     if orient == "auto":
-        _orient(draft, report)
+        _orient(city, report)
     report_share(1.0)
-    return City(
-        surface_id=draft.names,
-        building_id=[draft.buildings[b] for b in draft.building],
-        thematic=[polygon.thematic for polygon in draft.polygons],
-        points=draft.points,
-        ring_start=draft.ring_start,
-        polygon_start=draft.polygon_start,
-        crs=crs,
-        report=report,
-        lod=[polygon.lod for polygon in draft.polygons],
-        material=[polygon.material for polygon in draft.polygons],
-        colours=_join_colours(contents, report),
-    )
+    city.colours = _join_colours(contents, report)
+    return city
 
 
 def rank_lod(lod):
@@ -188,31 +177,43 @@ def _refuse_empty(contents, wanted, report):
     raise InputError(path, f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})", cure)
 
 
-def _flatten(contents, chosen, report):
-    first, names = {}, []
+def _flatten(contents, chosen, crs, report):
+    """City of the polygons to keep, and the geometry that each belongs to."""
+    first, buildings = {}, []
     for content in contents:
-        first[id(content)] = len(names)
-        names += [name or f"building_{len(names) + k}" for k, name in enumerate(content.buildings, start=1)]
+        first[id(content)] = len(buildings)
+        buildings += [name or f"building_{len(buildings) + k}" for k, name in enumerate(content.buildings, start=1)]
     polygons = [polygon for _, polygon in chosen]
-    building = np.array([first[id(content)] + polygon.building for content, polygon in chosen], np.int64)
     rings = [ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings]
     polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
     points, ring_start, changed = clean_rings(rings, polygon_start)
-    surface_names = _name_surfaces(polygons, building, names, report)
+    building = [buildings[first[id(content)] + polygon.building] for content, polygon in chosen]
+    city = City(
+        surface_id=_name_surfaces(polygons, building, report),
+        building_id=building,
+        thematic=[polygon.thematic for polygon in polygons],
+        points=points,
+        ring_start=ring_start,
+        polygon_start=polygon_start,
+        crs=crs,
+        report=report,
+        lod=[polygon.lod for polygon in polygons],
+        material=[polygon.material for polygon in polygons],
+    )
     for reason, indices in changed.items():
-        report.repair(reason, [surface_names[i] for i in indices])
-    turned = [name for name, polygon in zip(surface_names, polygons, strict=True) if polygon.flipped]
-    report.repair("flipped, as specified by its OrientableSurface", turned)
-    return Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
+        report.repair(reason, [city.surface_id[i] for i in indices])
+    flipped = "flipped, as specified by its OrientableSurface"
+    report.repair(flipped, city.names_of([polygon.flipped for polygon in polygons]))
+    return city, [polygon.source for polygon in polygons]
 
 
-def _name_surfaces(polygons, building, buildings, report):
+def _name_surfaces(polygons, building, report):
     """Unique surface ids: those of the file, else the building's with a number."""
     taken, names, within, repeated = set(), [], Counter(), []
     own = {polygon.surface_id for polygon in polygons}
     for polygon, b in zip(polygons, building, strict=True):
         within[b] += 1
-        name = polygon.surface_id or f"{buildings[b]}_{within[b]}"
+        name = polygon.surface_id or f"{b}_{within[b]}"
         if name in taken or (not polygon.surface_id and name in own):
             first, k = name, 2
             while (name := f"{first}~{k}") in taken or name in own:
@@ -224,15 +225,14 @@ def _name_surfaces(polygons, building, buildings, report):
     return names
 
 
-def _orient(draft, report):
+def _orient(city, report):
     """Turn over polygons that face into their building: in closed shells, and in open ones those without a class."""
-    found = orient_shells(*draft.shape(), draft.building)
-    named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
-    wanted, turned = judge_turning(draft.shape(), found, found.watertight | ~named)
-    draft.points = turn_over(*draft.shape(), turned)
-    report.repair("flipped: faced inwards in a watertight shell", draft.names_of(turned & found.watertight))
-    report.repair("flipped with its open shell", draft.names_of(turned & ~found.watertight))
+    found = orient_shells(*city.shape, number_names(city.building_id))
+    wanted, turned = judge_turning(city.shape, found, found.watertight | (np.array(city.thematic) == ""))
+    city.points = turn_over(*city.shape, turned)
+    report.repair("flipped: faced inwards in a watertight shell", city.names_of(turned & found.watertight))
+    report.repair("flipped with its open shell", city.names_of(turned & ~found.watertight))
     spared = "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
     doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
-    report.note(doubtful, draft.names_of(found.doubtful))
-    report.note(spared, draft.names_of(wanted & ~turned))
+    report.note(doubtful, city.names_of(found.doubtful))
+    report.note(spared, city.names_of(wanted & ~turned))

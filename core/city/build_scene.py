@@ -86,7 +86,7 @@ def build_scene(
     report_share(0.0)
     check_city(city)
     check_extent(city)
-    whole_area = measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
+    whole_area = measure_polygons(*city.shape)[0]
     if options.grid_size is not None:
         city, parent = split_into_cells(city, options.grid_size)
         whole_area = whole_area[parent]

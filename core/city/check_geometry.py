@@ -70,7 +70,7 @@ def check_city(city):
         if rows is not None and len(rows) != count + more:
             cure = "give one more than surfaces" if more else "give one for each"
             raise InputError(name, f"{len(rows)} rows for {count} surfaces", cure)
-    check_rings(city.points, city.ring_start, city.polygon_start, lambda point: surface_of_point(city, point))
+    check_rings(*city.shape, lambda point: surface_of_point(city, point))
 
 
 def surface_of_point(city, point):

@@ -6,12 +6,15 @@ several.
 
 from array import array
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 import numpy as np
 
 from ..settings.errors import list_some
+from .polygons import take_shape
+
+LISTS = ("surface_id", "building_id", "thematic", "lod", "material")  # columns of a City
 
 
 @dataclass
@@ -70,10 +73,33 @@ class City:
     def __len__(self):
         return len(self.surface_id)
 
+    @property
+    def shape(self):
+        """Points, starts of rings, and starts of polygons: arguments of all that measures polygons."""
+        return self.points, self.ring_start, self.polygon_start
+
+    def names_of(self, chosen):
+        """Ids of the polygons of a mask, (n,) bool: list of str."""
+        return [self.surface_id[row] for row in np.flatnonzero(chosen)]
+
     def rings(self, polygon):
         """Rings of one polygon, the exterior first: list of (k, 3) float64 [m]."""
         first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
         return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+
+
+def take_rows(city, rows):
+    """The lists of a City for some polygons, (k,) int, as keywords of `replace`."""
+    return {name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS}
+
+
+def take_polygons(city, kept):
+    """Some polygons of a city, (n,) bool: City."""
+    if np.all(kept):
+        return city
+    points, ring_start, polygon_start = take_shape(*city.shape, kept)
+    shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
+    return replace(city, **shape, **take_rows(city, np.flatnonzero(kept)))
 
 
 def number_names(names):

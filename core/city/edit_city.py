@@ -7,12 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..settings.errors import InputError
-from .city import City
+from .city import LISTS, City, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
-from .polygons import take_shape
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
-LISTS = ("surface_id", "building_id", "thematic", "lod", "material")
 
 
 @dataclass(frozen=True)
@@ -96,14 +94,6 @@ def move_tree(tree, move):
     for polygon in tree.polygons:
         polygon.rings = [move(ring) for ring in polygon.rings]
     return tree
-
-
-def take_polygons(city, kept):
-    """Some polygons of a city, (n,) bool: City."""
-    points, ring_start, polygon_start = take_shape(city.points, city.ring_start, city.polygon_start, kept)
-    rows = np.flatnonzero(kept)
-    lists = {name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS}
-    return replace(city, points=points, ring_start=ring_start, polygon_start=polygon_start, **lists)
 
 
 def join_cities(one, other):

@@ -8,7 +8,7 @@ from shapely.geometry.polygon import orient
 
 from ..settings.errors import InputError
 from .check_geometry import check_city
-from .edit_city import LISTS
+from .city import take_rows
 from .locate_site import bring_to_origin
 from .polygons import measure_polygons, plane_axes, starts_of
 
@@ -40,7 +40,7 @@ def split_into_cells(city, grid_size):
     if not grid_size > 0:
         raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
     check_city(city)
-    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    _, normal = measure_polygons(*city.shape)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
     pieces, parent, names = [], [], []
     for polygon in range(len(city)):
@@ -51,9 +51,8 @@ def split_into_cells(city, grid_size):
         own = city.surface_id[polygon]
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
     rings = [ring for piece in pieces for ring in piece]
-    lists = {name: getattr(city, name) and [getattr(city, name)[row] for row in parent] for name in LISTS}
     shape = {"ring_start": starts_of(list(map(len, rings))), "polygon_start": starts_of(list(map(len, pieces)))}
-    split = replace(city, points=np.concatenate(rings), **shape, **lists | {"surface_id": names})
+    split = replace(city, points=np.concatenate(rings), **shape, **take_rows(city, parent) | {"surface_id": names})
     return split, np.array(parent, np.int64)
 
 

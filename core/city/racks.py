@@ -172,7 +172,7 @@ def find_flat_roofs(scene, city, least):
 
     What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that nothing names.
     """
-    area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    area, normal = measure_polygons(*city.shape)
     kind = classify(area, *measure_tilt(normal), city.thematic)[0]
     twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
     ground = np.flatnonzero(scene.surfaces.kind == "ground")

@@ -14,8 +14,7 @@ import numpy as np
 
 from ..rays.random_numbers import name_rows
 from .build_ground import PlacedCity, build_ground, sort_by_place
-from .city import number_names
-from .edit_city import take_polygons
+from .city import number_names, take_polygons
 from .known_polygons import lost_triangles, name_cells
 from .polygons import polygon_bounds
 from .scene import corners_of, take_surfaces

@@ -44,7 +44,8 @@ class Seen:
 
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
-        from ...core.city.edit_city import Change, edit_city, join_cities, move_tree, place_local, take_polygons
+        from ...core.city.city import take_polygons
+        from ...core.city.edit_city import Change, edit_city, join_cities, move_tree, place_local
         from ...core.city.join_contents import join_contents
 
         if self.imported is None:
