@@ -18,6 +18,7 @@ ALLOWED = {
     "operators": BLENDER | {"numpy", "core", "operators", "__main__"},
     "citypv_addon": BLENDER | {"operators", "citypv_addon"},
 }
+OPTIONAL = {"dask", "distributed", "hdf5plugin", "matplotlib", "rasterio"}  # who lacks them is told so
 
 # The rooms of core in the order in which they build on each other: each imports from those before it, never from those
 # after it. study.py is a file and stands between rooms.
@@ -65,6 +66,16 @@ def test_a_room_imports_only_what_it_may(room):
             assert first not in FORBIDDEN.get(room, set()), f"{path} imports {target}"
             if room in ALLOWED:
                 assert first in ALLOWED[room] | sys.stdlib_module_names, f"{path} imports {target}"
+
+
+def test_core_imports_what_the_wheels_bring():
+    """Its declared dependencies; llvmlite comes with numba."""
+    project = tomllib.loads(read_text("pyproject.toml"))["project"]
+    declared = {re.match(r"[\w-]+", text)[0].replace("-", "_") for text in project["dependencies"]}
+    known = declared | OPTIONAL | {"llvmlite"} | sys.stdlib_module_names
+    for path in list_scripts("core"):
+        for level, target in read_imports(path):
+            assert level or target.split(".")[0] in known, f"{path} imports {target}"
 
 
 def test_imports_inside_core_run_one_way():

@@ -106,7 +106,7 @@ def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_pa
     assert said["classes"] == said["modules"] == said["files"] == []
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_wheels_are_all_that_core_needs_beside_blender(tmp_path):
     path = build_extension(tmp_path, "--python", PYTHON)
     bare = tmp_path / "bare"

@@ -185,21 +185,6 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
         bpy.ops.citypv.trace()
 
 
-def test_cities_of_the_same_objects_have_their_own_colours(addon, town):
-    run("take_meshes", "classify")
-    every = here()
-    for item in town.values():
-        item.select_set(item.name == "House")
-    alone = run("take_meshes", "classify")
-    addon.attribute = "orientation"
-    shown = {}
-    for city in (alone, every, alone, every):
-        assert bpy.ops.citypv.switch_city(name=city.name) == {"FINISHED"}
-        colours = colours_of(town["House"].data)
-        np.testing.assert_array_equal(colours, shown.setdefault(city.name, colours))
-    assert not np.array_equal(shown[alone.name], shown[every.name])
-
-
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
     city = run("import_city", "classify", city_path=str(city_file))
     for place, turn, state in ((100.0, 0.0, "done"), (100.0, 0.5, "stale"), (0.0, 0.0, "done")):
@@ -209,18 +194,27 @@ def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
 
 
 def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(addon, town):
-    for item in town.values():
-        item.select_set(item.name == "House")
-    first = run("take_meshes", "classify")
-    for item in town.values():
-        item.select_set(item.name == "Turned")
-    second = run("take_meshes", "classify")
-    assert set(list_cities(bpy.context.scene)) == {first, second}
+    """Each has its own colours on the objects that they share."""
+    every = run("take_meshes", "classify")
+
+    def take_alone(name):
+        for item in town.values():
+            item.select_set(item.name == name)
+        return run("take_meshes", "classify")
+
+    first, second = take_alone("House"), take_alone("Turned")
+    assert set(list_cities(bpy.context.scene)) == {every, first, second}
     assert [item for _, item, _ in list_taken(first)] == [town["House"]]
-    for item in town.values():
-        item.select_set(item.name == "Turned")
-    third = run("take_meshes")
-    assert set(list_cities(bpy.context.scene)) == {first, third}
+    third = take_alone("Turned")
+    assert set(list_cities(bpy.context.scene)) == {every, first, third}
+    bpy.ops.citypv.switch_city(name=first.name)
+    addon.attribute = "orientation"
+    shown = {}
+    for city in (first, every, first, every):
+        assert bpy.ops.citypv.switch_city(name=city.name) == {"FINISHED"}
+        colours = colours_of(town["House"].data)
+        np.testing.assert_array_equal(colours, shown.setdefault(city.name, colours))
+    assert not np.array_equal(shown[first.name], shown[every.name])
 
 
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):

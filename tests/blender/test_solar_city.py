@@ -49,20 +49,16 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     assert states(quick) == ["done"] * 4
     assert (quick.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
     assert "climatology" in city["citypv_weather"]
+    # Totals are sums of all kinds.
+    totals, energy = totals_of(city), find_session(city).energy
+    (kwp, mwh, mean), *kinds = totals.values()
+    assert kwp == pytest.approx(sum(one[0] for one in kinds), abs=0.51 * len(totals))  # of numbers without decimals
+    assert mwh == pytest.approx(kwp * mean / 1000, rel=0.02)
+    expected = np.average(energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible])
+    assert mean == pytest.approx(expected, rel=0.01)
+    assert totals["Pitched roofs"][2] > totals["Facades"][2] and energy.eligible[energy.flat_roof].all()
     run("import_city", "classify", "trace", "energy")
     np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
-
-
-def test_totals_are_sums_of_all_kinds(quick, city_file):
-    bpy.ops.citypv.solar_city(filepath=str(city_file))
-    city = here()
-    totals, energy = totals_of(city), find_session(city).energy
-    (kwp, mwh, hours), *kinds = totals.values()
-    assert kwp == pytest.approx(sum(one[0] for one in kinds), abs=0.51 * len(totals))  # of numbers without decimals
-    assert mwh == pytest.approx(kwp * hours / 1000, rel=0.02)
-    mean = np.average(energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible])
-    assert hours == pytest.approx(mean, rel=0.01)
-    assert totals["Pitched roofs"][2] > totals["Facades"][2] and energy.eligible[energy.flat_roof].all()
 
 
 def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, city_file):

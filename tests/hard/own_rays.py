@@ -1,7 +1,7 @@
 """A second caster: what points of a scene see, with normals, directions and judgement of its own.
 
 Nothing of the tracer is used but the distance at which rays start (below it two faces are one). Hits come from Embree
-called directly, and `meets_in_double` finds them again without it, triangle by triangle in float64.
+called directly, whose town tests/core/test_town.py holds against another program.
 """
 
 import numpy as np
@@ -141,18 +141,3 @@ class OwnRays:
         origins = self.points(rows, points, generator).reshape(-1, 3)
         met = self.judge(origins, np.broadcast_to(sun, origins.shape))
         return ((met == SKY).reshape(len(rows), points) & (self.normal[rows] @ sun > 0)[:, None]).mean(axis=1)
-
-
-def meets_in_double(corners, origin, direction):
-    """First triangle on a ray, every triangle tried in float64; -1 for none (Möller and Trumbore 1997)."""
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    across = np.cross(direction, second)
-    determinant = (first * across).sum(axis=1)
-    scale = np.divide(1, determinant, out=np.zeros_like(determinant), where=np.abs(determinant) > 1e-15)
-    away = origin - corners[:, 0]
-    u = (away * across).sum(axis=1) * scale
-    turned = np.cross(away, first)
-    v, distance = (turned @ direction) * scale, (turned * second).sum(axis=1) * scale
-    met = (scale != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
-    nearest = int(np.argmin(np.where(met, distance, np.inf))) if met.any() else -1
-    return nearest

@@ -58,14 +58,6 @@ def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away):
     assert share.mean() == pytest.approx(1, abs=0.03)
 
 
-def test_walls_between_touching_houses_receive_nothing():
-    transfer = trace([PLAIN, *HOUSE, *box((5, -5, 0), (15, 5, 10))])
-    shared = [20, 21, 24 + 10, 24 + 11]
-    assert transfer.covered_share[shared].min() > 0.9
-    for values in (transfer.diffuse_relative, transfer.visible_share, transfer.direct_reflected):
-        assert values[shared].max() == 0
-
-
 @pytest.mark.parametrize("depth", [0.5, 5.0])
 def test_walls_that_go_on_below_the_ground(depth):
     """The far ground shines from below the horizon, but not from below the ground."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays, meets_in_double
+from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays
 from scenes import run_gather
 
 from citypv.core.city.build_scene import build_scene
@@ -87,27 +87,6 @@ def complaints(town, shares):
     variance = variance + hidden.var(axis=1, ddof=1) / POINTS
     darker = by_ray - hidden.mean(axis=1) - shares > ERRORS * np.sqrt(variance)
     return brighter, darker
-
-
-@pytest.mark.parametrize("town", [pytest.param("Manhattan", marks=pytest.mark.thorough), "North Rhine"])
-def test_the_second_caster_is_right(town):
-    """What Embree says to it is what every triangle tried in float64 says, but where two faces coincide: of a party
-    wall, met from within, either side may answer."""
-    _, rows, own, _, _ = walls_of(town)
-    generator = np.random.default_rng(5)
-    some = generator.choice(rows, 40)
-    origins = own.points(some, 1, generator)[:, 0].astype(np.float32).astype(float)
-    directions = own.directions(some, 1, generator)[:, 0].astype(np.float32).astype(float)
-    hit = np.array([meets_in_double(own.corners, *ray) for ray in zip(origins, directions, strict=True)])
-    again = own.tree.run(origins.astype(np.float32), directions.astype(np.float32))
-    one, other = own.judge_hits(hit, directions), own.judge_hits(again, directions)
-    assert len(np.unique(one)) >= 3
-    for ray in np.flatnonzero(one != other):
-        assert min(hit[ray], again[ray]) >= 0
-        away = [(own.corners[face, 0] - origins[ray]) @ own.normal[face] for face in (hit[ray], again[ray])]
-        along = [directions[ray] @ own.normal[face] for face in (hit[ray], again[ray])]
-        assert away[0] / along[0] == pytest.approx(away[1] / along[1], abs=1e-4)
-    assert (one != other).mean() < 0.05
 
 
 @pytest.mark.parametrize("town", TOWNS)
