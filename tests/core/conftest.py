@@ -1,6 +1,7 @@
 """Helpers beside the tests can be imported by their names; a small city and a year that many tests begin with."""
 
 import sys
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,14 @@ def refused(capfd):
         return said
 
     return run
+
+
+@pytest.fixture(scope="session")
+def base_of(tmp_path_factory):
+    """Cities of the tests of edits and their bases, by name; each is traced once."""
+    from test_edit_light import make_base
+
+    return cache(partial(make_base, folder=tmp_path_factory.mktemp("bases")))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from reliefs import hill, tin
-from test_edit_light import check_law, make, tree
+from test_edit_light import check_law
 
 from citypv.core.city.city import City
 from citypv.core.city.edit_city import Change, edit_city
@@ -14,7 +14,7 @@ from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.progress import CancelledError
-from citypv.core.study import place_city, read_year, stand_city, stand_edited, trace_base
+from citypv.core.study import stand_city, stand_edited
 
 pytestmark = pytest.mark.once
 
@@ -74,44 +74,17 @@ EDITS = {
     "a wall that touches": ("row", add(40, 0, 8, 10, 0, 20), None),
     "twice in one place": ("row", add(8, 0, 8, 10, 0, 9), None),
 }
-FAST = ("far beyond the border", "the canopy gets walls", "mirrors come", "twice in one place")
 
 
-def make_base(name, folder, albedo=None):
-    city, request = make(name)
-    if name == "trees":
-        city.trees.append(tree("t2", 30, 4))
-    if name == "mirror":
-        request = replace(request, albedo_file=str(write_albedos(folder, "a mirror")))
-    scene = place_city(city, request)
-    return city, trace_base(scene, read_year(scene.site, request), request)
-
-
-def write_albedos(folder, name):
-    path = folder / f"{name}.csv"
-    path.write_text(ALBEDOS[name])
-    return path
-
-
-@pytest.fixture(scope="module")
-def bases(tmp_path_factory):
-    folder, known = tmp_path_factory.mktemp("albedos"), {}
-
-    def base(name):
-        if name not in known:
-            known[name] = make_base(name, folder)
-        return *known[name], folder
-
-    return base
-
-
-@pytest.mark.parametrize("name", [one if one in FAST else pytest.param(one, marks=pytest.mark.slow) for one in EDITS])
-def test_a_hard_edit_is_a_full_run(bases, name):
+@pytest.mark.parametrize("name", EDITS)
+def test_a_hard_edit_is_a_full_run(base_of, tmp_path, name):
     kind, change, albedo = EDITS[name]
-    city, base, folder = bases(kind)
+    city, base = base_of(kind)
     after = change(city) if callable(change) else edit_city(city, change, base.transfer.site.convergence)
     assert isinstance(after, City)
-    request = replace(base.request, albedo_file=albedo and str(write_albedos(folder, albedo)))
+    if albedo:
+        (tmp_path / "albedo.csv").write_text(ALBEDOS[albedo])
+    request = replace(base.request, albedo_file=albedo and str(tmp_path / "albedo.csv"))
     edited = edit_light(base, stand_city(after, request or base.request, like=base.scene), request=request)
     alone = stand_city(after, request, like=replace(base.scene, trail=None, drawn=None))
     full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
@@ -119,8 +92,8 @@ def test_a_hard_edit_is_a_full_run(bases, name):
     assert check_law(base, edited, full) <= 12
 
 
-def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(bases):
-    city, base, _ = bases("houses")
+def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(base_of):
+    city, base = base_of("houses")
     after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
 
     def trace(progress):
