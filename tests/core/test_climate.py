@@ -15,7 +15,6 @@ from citypv.core.study import read_year
 from citypv.core.weather.climate import (
     cleanest_sky,
     climate,
-    draw_irradiance,
     look_up_altitude,
     make_climates,
     monthly_sums,
@@ -228,19 +227,6 @@ def test_errors_at_stations(path, ghi, dni, temp_air):
     assert abs(data["dni"].sum() / station.data["dni"].sum() - 1) < dni / 100
     weighted = [np.average(one["temp_air"], weights=one["ghi"]) for one in (data, station.data)]
     assert abs(weighted[0] - weighted[1]) < temp_air
-
-
-@pytest.mark.parametrize(("path", "dni"), [(TMY3, 10), (PVGIS, 10), (BARROW, 60)])
-def test_with_the_stations_months_the_direct_part_is_near(path, dni):
-    station = read_weather(path, 0, 0)
-    place = station.latitude, station.longitude
-    times = pd.date_range("2021", "2022", freq="h", inclusive="left", tz="UTC")
-    months = monthly(station.data)[None]
-    sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]), months.sum(axis=1, keepdims=True))
-    drawn = [draw_irradiance([place], times, sky, months, seed) for seed in range(3)]
-    for ghi, _, direct in drawn:
-        assert ghi.sum() == pytest.approx(months.sum(), rel=1e-3)  # a file's dark months may exceed any sky
-        assert abs(direct.sum() / station.data["dni"].sum() - 1) < dni / 100
 
 
 # --- the doors

@@ -66,18 +66,6 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 7.5), (80.0, -105.0), (-33.4, 179.9)])
-def test_traced_elsewhere_on_the_latitude(latitude, longitude):
-    """The suns of one longitude, hour by hour, serve the hours of another."""
-    suns = choose_suns("days:24", year_of(), HOUR, latitude, 0.0)
-    found = angles(suns, year_of(2020), HOUR, latitude, longitude)
-    assert np.median(found) < 0.2
-    assert np.quantile(found, 0.85) < 1.0
-    found = angles(suns, year_of(freq="15min"), pd.Timedelta(minutes=15), latitude, longitude)
-    assert np.median(found) < 0.2
-
-
-@pytest.mark.once
 def test_a_bent_function_has_no_bias():
     """Mean over the year of a smooth function of the sun's place, against pvlib's sun of every hour.
 

@@ -7,7 +7,6 @@ import pytest
 from scenes import run_gather
 from test_closed_forms import SUNS
 from test_tracing import three_houses
-from transfers import merge_all
 from weathers import ERA5
 
 from citypv.core.accuracy.error_budget import budget_groups, shares_of_sky_model, suggest_more
@@ -48,19 +47,6 @@ def test_groups_add_up_to_their_stated_error(run):
         assert np.sqrt(np.sum(np.square(parts))) == pytest.approx(stated, rel=1e-6)
         assert found["cut_reflections"]["percent"] == pytest.approx(0.4)
     assert budget["facade south"]["sun_sampling"]["percent"] == pytest.approx(-1.0)
-
-
-def test_merged_rounds_lower_what_is_sampled_and_nothing_else(run):
-    transfer, weather, energy = run
-    others = [
-        run_gather(three_houses(), SUNS, samples=64, shadow_samples=16, threads=1, seed=seed) for seed in (5, 6, 7)
-    ]
-    one, four = (split_errors(kept, weather, energy) for kept in (transfer, merge_all([transfer, *others])))
-    for source in ("shadows", "rays"):
-        ratio = (one.area @ one.variance[source]) / (four.area @ four.variance[source])
-        assert ratio == pytest.approx(4, rel=0.35), source
-    assert np.array_equal(one.variance["suns"], four.variance["suns"])
-    assert four.at_share() < one.at_share()
 
 
 def test_the_last_sentence_names_the_largest_part(run):

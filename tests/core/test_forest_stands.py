@@ -4,20 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from forest_stand import predict_light, read_stand, repeat_stand
+from forest_stand import predict_light, read_stand
 from scipy.stats import spearmanr
 
 PLOT = Path(__file__).parents[1] / "data" / "trees" / "Cloture20.inv.gz"
-
-
-def test_copies_of_a_stand_keep_its_density():
-    stand = read_stand(PLOT)
-    density = len(stand.trees) / stand.zone.area
-    trees = repeat_stand(stand)
-    middle = stand.sensors[:, 1:3].mean(axis=0)
-    away = np.linalg.norm(trees[:, 2:4] - middle, axis=1)
-    assert (len(stand.trees), len(stand.sensors)) == (112, 16)
-    assert (away < 120).sum() / (np.pi * 120**2) == pytest.approx(density, rel=0.1)
 
 
 @pytest.mark.slow

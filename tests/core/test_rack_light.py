@@ -125,6 +125,3 @@ def test_roofs_with_racks_count_once(new_york):
     assert counted.flat_roof.tolist() == [False] * 11 + [True] + [False] * len(rows)
     np.testing.assert_allclose(counted.module_area[rows], scene.surfaces.area[rows], rtol=1e-6)
     assert counted.module_area[5] == 0
-
-
-# -- end to end --

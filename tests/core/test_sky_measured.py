@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cities import box
-from flat_roofs import scene_with
 from scenes import run_gather, scene_of_triangles, strip, suns_towards
 from transfers import unshaded_transfer
 from weathers import BARROW
@@ -115,10 +113,6 @@ def test_errors_of_the_horizon_are_carried_to_hours(berlin):
 def plan_of(scene, weather=None, **settings):
     prepared = prepare_scene(scene, Request(**settings))
     return plan_effects(scene, prepared.patches, Request(**settings), weather=weather)
-
-
-def house():
-    return scene_with("tilt=10", [box("house", (0, 0, 0), (10, 10, 6))], ground="auto")
 
 
 def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):

@@ -123,18 +123,6 @@ def test_weights_are_the_shares_of_the_year():
         np.testing.assert_allclose(suns.weight, share / share.sum(), atol=1e-9)
 
 
-def test_typical_days_of_quarter_hours_and_of_several_years():
-    quarter = pd.Timedelta(minutes=15)
-    times = year_of(freq="15min")
-    suns = choose_suns("typical-days:12", times, quarter, 52.5, 13.4)
-    assert suns.step.max() < 96
-    assert mismatch(suns, times, 52.5, 13.4, quarter).mean() < 3
-    years = year_of(2015, 2016).append(year_of(2019))
-    suns = choose_suns("typical-days:12", years, HOUR, 52.5, 13.4)
-    assert 136 <= len(suns) <= 152
-    assert mismatch(suns, years, 52.5, 13.4).mean() < 3
-
-
 def test_sky_grid_shares_the_sky_equally():
     suns = sky_grid_suns(2000)
     np.testing.assert_allclose(np.linalg.norm(suns.direction, axis=1), 1, atol=1e-12)
