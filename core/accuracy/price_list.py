@@ -17,7 +17,6 @@ from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns
 from .pilot import PilotRun, run_pilot
-from .refine import CELLS, unreachable
 from .sun_sampling import FEWER, CityYear, measure_ways, name_groups
 from .yield_errors import SAMPLED, SOURCES
 
@@ -31,24 +30,11 @@ WRITING = 20e6  # [B/s] of tables and transfer.nc
 
 
 @dataclass
-class Knobs:
-    """Settings whose price is asked."""
-
-    samples: int
-    shadow_samples: int
-    suns: int  # number of positions
-    way: str  # sun sampling
-    bounces: int
-    patch_size: float | None
-    rounds: int = 1
-
-
-@dataclass
 class Price:
     """One line of the list."""
 
     name: str
-    knobs: Knobs
+    knobs: dict  # settings, with the number of suns, and rounds
     seconds: float  # of the whole run
     tracing: float  # [s] wall time of tracing
     processor: float  # [s] processor time of tracing
@@ -79,48 +65,47 @@ class PricedCity:
     patch_size: float | None
     prepared: object  # PreparedScene
 
-    def predict_seconds(self, knobs):
+    def bounces_of(self, request):
+        """Reflections of a run with some settings: as asked, or as many as the pilot needed."""
+        return self.pilot.run.bounces if request.max_bounces is None else request.max_bounces
+
+    def predict_seconds(self, request, rounds=1):
         """Wall and processor time of tracing, and of writing what grows with the suns [s]: three float."""
-        pieces, full = self.pieces(knobs), self.prepared.plan.receivers
+        pieces, full, suns = self.pieces(request.patch_size), self.prepared.plan.receivers, len(self.suns[request.suns])
         full = np.ones(len(pieces), bool) if full is None else full
         growth = (pieces[some].mean() if some.any() else 1.0 for some in (full, ~full))
         counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
-        run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts)
-        processor = knobs.rounds * self.pilot.run.predict_seconds(run)
-        writing = 8.0 * len(self.prepared.scene.surfaces) * knobs.suns / WRITING
+        run = PilotRun(request.samples, request.shadow_samples, self.bounces_of(request), suns, counts)
+        processor = rounds * self.pilot.run.predict_seconds(run)
+        writing = 8.0 * len(self.prepared.scene.surfaces) * suns / WRITING
         return processor * self.pilot.run.pace, processor, writing
 
-    def predict_errors(self, knobs):
+    def predict_errors(self, request, rounds=1):
         """YieldErrors of the city's surfaces with other settings."""
-        run, errors = self.pilot.run, self.pilot.errors
-        rays, points = knobs.samples / run.samples, knobs.shadow_samples / run.shadow_samples
+        run, errors, suns = self.pilot.run, self.pilot.errors, len(self.suns[request.suns])
+        rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
         # Others look at the suns in turn: more suns are more looks.
-        more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points * knobs.suns / run.suns)}
-        elements = [count_elements(points_above(one.shadow_samples)) for one in (knobs, run)]
-        variance = {name: errors.variance[name] / (more[name] ** SAMPLED[name] * knobs.rounds) for name in SAMPLED}
+        more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points * suns / run.suns)}
+        elements = [count_elements(points_above(one.shadow_samples)) for one in (request, run)]
+        variance = {name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED}
         variance["discretisation"] = errors.variance["discretisation"] * elements[1] / elements[0]
-        owner, pieces = self.prepared.scene.triangle_surface, self.pieces(knobs)
+        owner, pieces = self.prepared.scene.triangle_surface, self.pieces(request.patch_size)
         patches, more = (np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces))
         variance = {name: part * patches / more for name, part in variance.items()}
         # Points lie in a net on each patch: more patches make the net of a surface finer.
         variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
-        measured, names = self.sampling[knobs.way], name_groups(self.pilot.transfer.surfaces)[errors.rows]
+        measured, names = self.sampling[request.suns], name_groups(self.pilot.transfer.surfaces)[errors.rows]
         rms = np.array([measured.get("groups", {}).get(name, measured)["rms"] for name in names]) / 100
         variance["suns"] = (rms * errors.hours) ** 2
-        return replace(errors, variance=variance, rounds=knobs.rounds)
+        return replace(errors, variance=variance, rounds=rounds)
 
-    def knobs_of(self, request, way):
-        """Knobs of the settings of a run with some sun sampling."""
-        rays, bounces = (request.samples, request.shadow_samples), self.pilot.run.bounces
-        return Knobs(*rays, len(self.suns[way]), way, bounces, request.patch_size)
-
-    def pieces(self, knobs):
+    def pieces(self, size):
         """Patches that take the place of each of the pilot's with another patch size, about: (p,) float64.
 
         With one, two or three long edges it is cut into two, three or four; with larger patches small surfaces stay as
         they are. Generated ground has patches that grow with the distance from buildings, whatever the size at these.
         """
-        scene, own, size = self.prepared.scene, self.prepared.scene.triangle_surface, knobs.patch_size
+        scene, own = self.prepared.scene, self.prepared.scene.triangle_surface
         found = np.ones(len(own))
         if None in (self.patch_size, size):
             return found
@@ -154,22 +139,6 @@ def price_city(inputs, ways, progress=silent):
     return PricedCity(pilot, suns, sampling, checking, request.patch_size, prepared)
 
 
-def check_reachable(inputs, progress=silent):
-    """Tell before a run that no number of rays reaches its target, and the option that would: str.
-
-    "" if the target can be reached, or that is not certain.
-    """
-    request = inputs.request
-    if not inputs.scene.surfaces.eligible.any():
-        return ""
-    city = price_city(inputs, [request.suns], progress)
-    errors = city.predict_errors(city.knobs_of(replace(request, shadow_samples=CELLS), request.suns))
-    if request.estimator == "forward":  # photons are not bound to patches
-        errors.variance["discretisation"][:] = 0
-    why = unreachable(errors, request.target_error, CELLS)
-    return f"{request.target_error:g} % cannot be reached: {'; '.join(why)}" if why else ""
-
-
 def list_prices(scene, weather, request, reading=0.0, progress=silent):
     """Trace a pilot and predict what accuracy costs.
 
@@ -193,29 +162,27 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     ways = list(dict.fromkeys([request.suns, *WAYS]))
     city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
     fixed = reading + preparing + city.checking + city.pilot.electricity
-    own, run = city.knobs_of(request, request.suns), city.pilot.run
+    run = city.pilot.run
     # The share of reflected light falls by the same factor each time.
     factor = min(run.last_bounce ** (1 / run.bounces), 0.99) if run.bounces else 0.0
 
-    def price(name, **changes):
-        if "way" in changes:
-            changes["suns"] = len(city.suns[changes["way"]])
-        knobs = replace(own, **changes)
-        errors = city.predict_errors(knobs)
-        wall, processor, writing = city.predict_seconds(knobs)
+    def price(name, rounds=1, **changes):
+        one = replace(request, **changes)
+        bounces, errors = city.bounces_of(one), city.predict_errors(one, rounds)
+        knobs = {"samples": one.samples, "shadow_samples": one.shadow_samples, "suns": len(city.suns[one.suns])}
+        knobs |= {"way": one.suns, "bounces": bounces, "patch_size": one.patch_size, "rounds": rounds}
+        wall, processor, writing = city.predict_seconds(one, rounds)
         parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
-        left = 100 * factor ** (knobs.bounces + 1) / (1 - factor)
+        left = 100 * factor ** (bounces + 1) / (1 - factor)
         return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
-    default = Request()  # a preset stands for the program's defaults where it names nothing
-    plain = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
-    names = {"suns": "way", "max_bounces": "bounces"}
-    presets = {name: {names.get(key, key): value for key, value in one.items()} for name, one in PRESETS.items()}
-    listed = [price(name, **plain | changes) for name, changes in presets.items()]
+    # A preset stands for the program's defaults where it names nothing.
+    plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
+    listed = [price(name, **plain | changes) for name, changes in PRESETS.items()]
     listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
     listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
-    listed += [price(f"--suns {way}", way=way) for way in ways]
-    listed += [price(f"--max-bounces {count}", bounces=count) for count in range(6)]
+    listed += [price(f"--suns {way}", suns=way) for way in ways]
+    listed += [price(f"--max-bounces {count}", max_bounces=count) for count in range(6)]
     if request.patch_size:
         listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]

@@ -215,19 +215,13 @@ def describe_round(errors, goal, each, record, stop):
     return line
 
 
-def unreachable(errors, target, shadow_samples):
-    """Why no number of rounds reaches a target [%], and the option that would help: (str, str), or None.
-
-    None as well where that is not certain: what stays exceeds the target by less than its standard error, or patches
-    are not resolved into as many elements as in a run with rounds.
-    """
+def unreachable(errors, target):
+    """That no number of rounds reaches a target [%], why, and the option that would help; "" if one may: str."""
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:
-        return None
+        return ""
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
     source = fixed.largest()
-    if source == "discretisation" and shadow_samples < CELLS:
-        return None
     cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
     words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
-    return words, f"give {cure}, or a target above {left:.2f}"
+    return f"{target:g} % cannot be reached: {words}; give {cure}, or a target above {left:.2f}"

@@ -18,7 +18,7 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
-def refine_run(run, log, progress, *, folder, told=False):
+def refine_run(run, log, progress, folder):
     """Trace rounds until the target is met or the time is up.
 
     Parameters
@@ -29,8 +29,6 @@ def refine_run(run, log, progress, *, folder, told=False):
     progress : Interruption
     folder : path-like
         As in `trace_scene`.
-    told : bool
-        Whether it was said before that the target cannot be reached.
 
     Returns
     -------
@@ -54,9 +52,8 @@ def refine_run(run, log, progress, *, folder, told=False):
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
-    why = None if target is None or told else unreachable(judge(transfer), target, request.shadow_samples)
-    if why:
-        log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
+    if target is not None and (words := unreachable(judge(transfer), target)):
+        log.write(words)
 
     aim = target
     if aim is None:

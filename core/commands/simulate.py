@@ -3,9 +3,7 @@
 from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
-from ..accuracy.price_list import check_reachable
 from ..accuracy.refine import CELLS
-from ..accuracy.sun_sampling import CityYear
 from ..accuracy.trace_run import trace_run
 from ..cluster.run_tasks import drop_kept, keeping, kept_beside
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
@@ -157,18 +155,12 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
-    told = ""
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
             if request.shadow_samples < CELLS:
                 log.write(f"Rounds have {CELLS} shadow points, so that light on patches is resolved finely enough")
                 request = replace(request, shadow_samples=CELLS)
-            prepared = build_tree(prepared, request)
-            if request.target_error:
-                told = check_reachable(CityYear(scene, prepared, weather, request), heard)
-                if told:
-                    log.write(told)
-            prepared = replace(prepared, rounds=True)
+            prepared = replace(build_tree(prepared, request), rounds=True)
         run = trace_run(scene, weather, request, heard, folder, prepared=prepared)
         transfer = run.transfer
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
@@ -179,7 +171,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         except CancelledError:
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
-            transfer = refine_run(replace(run, transfer=transfer), log, heard, folder=folder, told=told)
+            transfer = refine_run(replace(run, transfer=transfer), log, heard, folder)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

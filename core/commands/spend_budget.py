@@ -114,9 +114,9 @@ def make_offers(inputs, free, progress):
     offers = []
     for values in product(*choices.values()):
         settings = dict(zip(choices, values, strict=True))
-        knobs = city.knobs_of(replace(inputs.request, **settings), settings["suns"])
-        seconds, _, writing = city.predict_seconds(knobs)
-        offers.append(Offer(settings, seconds, writing, city.predict_errors(knobs)))
+        request = replace(inputs.request, **settings)
+        seconds, _, writing = city.predict_seconds(request)
+        offers.append(Offer(settings, seconds, writing, city.predict_errors(request)))
     return offers, city.checking + 2 * city.pilot.electricity + MOMENT
 
 

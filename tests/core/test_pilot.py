@@ -51,7 +51,7 @@ def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     """Of surfaces within a third; where edges just fit, each is cut into four."""
     ways = city.request.suns, 0.0, city.request.patch_size
     priced = PricedCity(pilot, dict.fromkeys(ways[:1], ()), {}, *ways[1:], city.prepared)
-    found = priced.pieces(replace(priced.knobs_of(city.request, ways[0]), patch_size=size))
+    found = priced.pieces(size)
     own = city.prepared.scene.triangle_surface >= 0
     path = city.scene.report.files[0]
     scene = prepare_scene(read_scene([path], replace(city.request, patch_size=size)), city.request).scene

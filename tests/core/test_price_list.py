@@ -66,14 +66,13 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     assert first["name"] == "draft" and first["error"] > 0
 
 
-def test_a_target_out_of_reach_is_told_before_the_first_suns_are_traced(city, tmp_path, capfd):
+def test_a_target_out_of_reach_is_told_once_before_further_rounds(city, tmp_path, capfd):
     options = ["--suns", "days:4", "--samples", "64", "--shadow-samples", "4", "--target-error", "0.1"]
     options += ["--weather", "clear-sky", "--threads", "1", "--out", str(tmp_path / "a")]
     assert main(["simulate", str(city), *options]) == 0
     told = capfd.readouterr().err
     assert told.count("0.1 % cannot be reached") == 1
-    assert told.index("0.1 % cannot be reached") < told.index("sky and reflections")
-    assert "can hardly be reached" not in told
+    assert told.index("0.1 % cannot be reached") < told.index("samples × 1:")
 
 
 def test_the_rms_of_drawn_patches_has_the_error_of_a_drawn_rms():

@@ -59,13 +59,12 @@ def test_the_error_that_counts_holds_for_95_percent_of_the_area():
 
 
 def test_a_target_out_of_reach_names_the_option_that_would_help():
-    problem, cure = unreachable(made_errors(shadows=1.0, suns=1.0), 0.5, 16)
-    assert "the choice of suns alone leaves 1.00 %" in problem
-    assert "--suns" in cure
-    assert "--patch-size" in unreachable(made_errors(discretisation=1.0), 0.5, 16)[1]
-    assert unreachable(made_errors(discretisation=1.0), 0.5, 4) is None  # later rounds have finer elements
-    assert unreachable(made_errors(suns=1.0), 0.81, 16) is None  # what is left is an estimate
-    assert unreachable(made_errors(shadows=9.0), 0.5, 16) is None
+    told = unreachable(made_errors(shadows=1.0, suns=1.0), 0.5)
+    assert told.startswith("0.5 % cannot be reached: the choice of suns alone leaves 1.00 %")
+    assert "give --suns" in told
+    assert "give a smaller --patch-size" in unreachable(made_errors(discretisation=1.0), 0.5)
+    assert not unreachable(made_errors(suns=1.0), 0.81)  # what is left is an estimate
+    assert not unreachable(made_errors(shadows=9.0), 0.5)
 
 
 def test_it_stops_at_the_target_and_in_time():
