@@ -6,6 +6,7 @@ made from these declarations: a new setting is one entry here.
 """
 
 from dataclasses import asdict, dataclass, fields, replace
+from typing import get_args
 
 from .errors import InputError
 from .presets import ESTIMATORS, PRESET_WORDS
@@ -17,6 +18,8 @@ SKIES = {
     "perez": "Brighter around the sun and at the horizon (Perez et al. 1990)",
     "isotropic": "Equally bright all over",
 }
+KINDS = {int: "integer", float: "number", bool: "switch"}  # by type; others: text
+METAVARS = {"°": "D", "m": "M", "km": "KM", "min": "MIN", "s": "S", "%": "P", "m²/m³": "D"}
 
 
 @dataclass
@@ -48,24 +51,15 @@ class Request(SystemSettings):
             "as-drawn": "Keep every polygon as drawn",
         },
     )
-    latitude: float | None = of_city(
-        None, "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-90, most=90
-    )
-    longitude: float | None = of_city(
-        None, "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-180, most=180
-    )
+    latitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-90, most=90)
+    longitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-180, most=180)
     site_of: str | None = of_city(
         None,
         "result folder of another state of this city, whose place and grid are kept: then only what differs changes",
         metavar="DIR",
     )
     grid_size: float | None = of_city(
-        None,
-        "size of the cells, id#k, into which large polygons are split",
-        kind="number",
-        unit="m",
-        metavar="M",
-        above=0,
+        None, "size of the cells, id#k, into which large polygons are split", unit="m", above=0
     )
     terrain: str | None = of_city(None, "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
     ground: str = of_city(
@@ -88,9 +82,7 @@ class Request(SystemSettings):
     weather: str | list = of_weather(
         "climate", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
     )
-    time_shift: float = of_weather(
-        0.0, "added to the times of weather files", unit="min", metavar="MIN", least=-720, most=720
-    )
+    time_shift: float = of_weather(0.0, "added to the times of weather files", unit="min", least=-720, most=720)
     weather_place: tuple | None = of_weather(
         None, "where the weather was measured; default: as its files say", kind="place", unit="°"
     )
@@ -105,13 +97,7 @@ class Request(SystemSettings):
         },
     )
     allow_distance: float = of_weather(
-        150.0,
-        "largest distance from the city to the place of the weather",
-        title="Within [km]",
-        panel="weather",
-        unit="km",
-        metavar="KM",
-        least=0,
+        150.0, "largest distance of the weather", title="Within [km]", panel="weather", unit="km", least=0
     )
     weather_point: str = of_weather(
         "nearest",
@@ -128,7 +114,7 @@ class Request(SystemSettings):
         },
     )
     year: int = of_weather(2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
-    weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", metavar="N", least=0)
+    weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", least=0)
     # the light
     preset: str = of_light(
         "standard", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
@@ -136,48 +122,32 @@ class Request(SystemSettings):
     target_error: float | None = of_light(
         None,
         "trace further rounds until the standard error of full load hours is below this on 95 % of the eligible area",
-        kind="number",
         unit="%",
-        metavar="P",
         above=0,
     )
     time_budget: float | None = of_light(
-        None,
-        "trace further rounds as long as the whole run stays within this time",
-        kind="number",
-        unit="s",
-        metavar="S",
-        above=0,
+        None, "trace further rounds as long as the whole run stays within this time", unit="s", above=0
     )
     suns: str = of_light("days:24", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY")
     max_bounces: int | None = of_light(
         None,
-        "number of reflections; default auto: until what is left is small",
-        kind="integer",
+        "number of reflections; auto: until little is left",
         title="Reflections",
         panel="trace",
-        metavar="N",
         least=0,
         none="auto",
     )
     albedo: float = of_light(
-        0.25,
-        "albedo of the buildings: share of the light that they reflect",
-        panel="trace",
-        metavar="A",
-        least=0,
-        most=1,
+        0.25, "share of the light that buildings reflect", panel="trace", metavar="A", least=0, most=1
     )
     ground_albedo: float = of_light(
-        0.25, "albedo of the ground: share of the light that it reflects", panel="trace", metavar="A", least=0, most=1
+        0.25, "share of the light that the ground reflects", panel="trace", metavar="A", least=0, most=1
     )
     albedo_file: str | None = of_light(None, "albedo or material by surface id, material or kind", metavar="CSV")
     materials: dict = of_light({}, "name of a material -> materials.materials.MaterialSpec", option="")
     file_materials: bool = of_light(False, "albedo by the materials of OBJ files", kind="flag", option="--materials")
     ground_material: str = of_light("", "name of the generated ground's material", option="")
-    far_ground: bool = of_light(
-        True, "open, sunlit ground beyond the city, up to the horizon", kind="switch", panel="trace"
-    )
+    far_ground: bool = of_light(True, "open, sunlit ground beyond the city, up to the horizon", panel="trace")
     horizon: str | None = of_light(
         None,
         "distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or angles (azimuth,elevation; PVGIS)",
@@ -186,39 +156,23 @@ class Request(SystemSettings):
     sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
     estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)
     samples: int = of_light(
-        256,
-        "hemisphere rays per patch; forward: photons per patch from each source",
-        title="Sky rays",
-        panel="sampling",
-        metavar="N",
-        least=4,
+        256, "hemisphere rays per patch; forward: photons from each source", title="Sky rays", panel="sampling", least=4
     )
-    shadow_samples: int = of_light(
-        16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", metavar="M", least=1
-    )
+    shadow_samples: int = of_light(16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1)
     patch_size: float | None = of_light(
         10.0,
         "longest edge of a patch, the unit that reflects light; smaller is more accurate and slower",
         panel="classify",
         unit="m",
-        metavar="M",
         above=0,
         none="none",
-        subtype="DISTANCE",
     )
-    leaf_area_density: float = of_light(
-        1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", metavar="D", least=0
-    )
-    branch_area_density: float = of_light(0.2, "branch area density of bare trees", unit="m²/m³", metavar="D", least=0)
+    leaf_area_density: float = of_light(1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", least=0)
+    branch_area_density: float = of_light(0.2, "branch area density of bare trees", unit="m²/m³", least=0)
     leaf_extinction: float = of_light(0.5, "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0)
     leaf_months: str = of_light("auto", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
     crown_transmittance: float | None = of_light(
-        None,
-        "share of light that passes a crown in leaf, however long its path; default: by leaf area density",
-        kind="number",
-        metavar="T",
-        least=0,
-        most=1,
+        None, "share of light that passes a crown in leaf; default: by leaf area density", metavar="T", least=0, most=1
     )
     report: str = of_light(
         "eligible",
@@ -226,11 +180,9 @@ class Request(SystemSettings):
         choices={"eligible": "Eligible surfaces and flat roofs", "all": "All surfaces, sampled alike"},
     )
     effects: dict = setting({}, "overrule the plan of effects", group="effects", kind="pairs", metavar="KEY=on|off")
-    seed: int = of_light(
-        0, "seed of the rays; the same seed gives the same results", panel="sampling", metavar="N", least=0
-    )
+    seed: int = of_light(0, "seed of the rays: the same gives the same results", panel="sampling", least=0)
     # the run
-    threads: int | None = of_run(None, "threads; default: all processors", kind="integer", metavar="N", least=1)
+    threads: int | None = of_run(None, "threads; default: all processors", least=1)
 
     def as_dict(self):
         """All settings by name."""
@@ -238,15 +190,20 @@ class Request(SystemSettings):
 
 
 def declared_settings(*groups):
-    """Name, default and Setting of each field of Request, those of some groups or all: list of tuple."""
+    """Name, default and Setting of each field of Request, those of some groups or all: list of tuple.
+
+    What a Setting leaves open follows from the field: its kind from the type, its title from the name.
+    """
     found = []
     for one in fields(Request):
         details = one.metadata["setting"]
-        if details.panel and not details.title:
-            details = replace(details, title=one.name.replace("_", " ").capitalize())
         if not groups or details.group in groups:
+            own = KINDS.get((get_args(one.type) or (one.type,))[0], "text")  # of `float | None` the float
+            kind = details.kind or ("choice" if details.choices else own)
+            title = details.title or (one.name.replace("_", " ").capitalize() if details.panel else "")
+            metavar = details.metavar or ("N" if kind == "integer" else METAVARS.get(details.unit))
             default = getattr(Request, one.name, {})  # a dict has no default of the class
-            found.append((one.name, default, details))
+            found.append((one.name, default, replace(details, kind=kind, title=title, metavar=metavar)))
     return found
 
 

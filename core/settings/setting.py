@@ -5,8 +5,6 @@ from functools import partial
 
 from .errors import InputError
 
-NUMBERS = {int: "integer", float: "number"}
-
 
 @dataclass(frozen=True)
 class Setting:
@@ -15,24 +13,22 @@ class Setting:
     group: str  # city, surfaces, weather, electricity, light, effects or run: selects the commands that have it
     words: str  # help text, for --help and tooltips
     # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
-    kind: str
+    kind: str = ""  # "": as the field's type and choices tell
     title: str = ""  # label in Blender's panel; "": the field's name where `panel` is given, else it is not shown there
     unit: str = ""
     option: str | None = None  # on the command line; None: the field's name; "": no option
-    metavar: str | None = None
+    metavar: str | None = None  # in --help; None: by unit
     choices: dict | None = None  # value -> help text
     least: float | None = None  # smallest value
     most: float | None = None  # largest value
     above: float | None = None  # exclusive lower bound
     none: str = ""  # word for None on the command line, if users may give it
     panel: str = ""  # panel of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none
-    subtype: str = "NONE"  # of Blender's property
 
 
-def setting(default, words, *, group, kind=None, **details):
-    """A field of Request: its default, and the further fields of `Setting`; choices and numbers tell their kind."""
-    own = "choice" if "choices" in details else NUMBERS.get(type(default), "text")
-    metadata = {"setting": Setting(group, words, kind or own, **details)}
+def setting(default, words, *, group, **details):
+    """A field of Request: its default, and the further fields of `Setting`."""
+    metadata = {"setting": Setting(group, words, **details)}
     if isinstance(default, dict):
         return field(default_factory=default.copy, metadata=metadata)
     return field(default=default, metadata=metadata)

@@ -37,9 +37,7 @@ class SystemSettings:
     """Settings about electricity."""
 
     method: str | None = of_electricity(
-        None,
-        "all settings as in the paper (docs/reference/method_paper.md); other options take precedence",
-        choices=METHODS,
+        None, "settings as in the paper (docs/reference/method_paper.md); others take precedence", choices=METHODS
     )
     module: str = of_electricity(
         "SunPower_SPR_300_WHT__2007__E__",
@@ -51,14 +49,12 @@ class SystemSettings:
         "auto", "mounting of the modules, which determines the cell temperature", panel="energy", choices=MOUNTINGS
     )
     iam: str = of_electricity("module", "incidence angle modifier of direct light", choices=INCIDENCE_LAWS)
-    diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too", kind="switch")
+    diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too")
     losses: float = of_electricity(
         11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
         "DC energy lost to soiling, mismatch, wiring, first sunlight, tolerances and outages",
         panel="energy",
         unit="%",
-        subtype="PERCENTAGE",
-        metavar="P",
         least=0,
         most=99,
     )
@@ -72,19 +68,10 @@ class SystemSettings:
         "leave-out", "whether wall area that a neighbour covers counts", panel="energy", choices=HIDDEN_WALLS
     )
     clearance: float = of_electricity(
-        CLEARANCES[1],
-        "room that a module needs before it, up to a face turned against it",
-        panel="energy",
-        unit="m",
-        metavar="M",
-        least=0,
+        CLEARANCES[1], "room before a module, up to a face turned against it", panel="energy", unit="m", least=0
     )
     sectors: str = setting(
-        "8",
-        "azimuths that count: all, in eight sectors, or those of the paper",
-        group="surfaces",
-        panel="classify",
-        choices=SECTORS,
+        "8", "azimuths of roofs and facades that count", group="surfaces", panel="classify", choices=SECTORS
     )
     overhangs: str = of_electricity("leave-out", "whether walls that lean outward are facades", choices=OVERHANGS)
     usable: dict = of_electricity(

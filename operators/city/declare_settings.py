@@ -12,6 +12,7 @@ AUTO = "auto_"  # + setting: switch of one that may be left to the program
 START = 3  # number that the user begins with
 UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
 MOST = 100  # suggestions
+SUBTYPES = {"m": "DISTANCE", "%": "PERCENTAGE"}  # of numbers with these units
 STATES = (("auto", "Auto", "As the plan decides for the city"), ("on", "On", "Always"), ("off", "Off", "Never"))
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
 OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
@@ -68,7 +69,8 @@ def build_property(default, details):
     bpy.props._PropertyDeferred
     """
     words = details.words[0].upper() + details.words[1:]
-    unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
+    subtype = SUBTYPES.get(details.unit, "NONE")
+    unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
     named = {"name": details.title, "description": words + unit}
     if details.kind == "choice":
         # Units and axes stay as they are.
@@ -91,7 +93,7 @@ def build_property(default, details):
         return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
     precision = 1 if details.unit in ("%", "km") else 3
-    return FloatProperty(**named, **lowest, subtype=details.subtype, precision=precision)
+    return FloatProperty(**named, **lowest, subtype=subtype, precision=precision)
 
 
 def read_properties(settings):
