@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from itertools import chain
 
 from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
@@ -18,6 +19,7 @@ TITLES = {
     "effects": "the effects",
     "run": "the run",
 }
+SWITCH = {"on": True, "off": False}
 # Of these groups, settings that mean nothing for a world.
 NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
 
@@ -37,13 +39,10 @@ def add_options(parser, *groups, hidden=()):
         place = parser.add_argument_group(TITLES[group])
         for name, default, details in declared_settings(group):
             if details.option != "":
-                place.add_argument(
-                    option_of(name),
-                    dest=name,
-                    help=argparse.SUPPRESS if name in hidden else describe_setting(default, details),
-                    default=argparse.SUPPRESS,  # what is not given, method, preset and the defaults tell
-                    **argument_of_setting(details),
-                )
+                words = argparse.SUPPRESS if name in hidden else describe_setting(default, details)
+                # What is not given, method, preset and the defaults tell.
+                named = {"dest": name, "help": words, "default": argparse.SUPPRESS}
+                place.add_argument(option_of(name), **named, **argument_of_setting(details))
 
 
 def argument_of_setting(details):
@@ -51,21 +50,17 @@ def argument_of_setting(details):
     many = {"nargs": "+", "action": "extend", "metavar": details.metavar}
     shapes = {
         "flag": {"action": "store_true"},
-        "switch": {"type": switch, "metavar": "on|off"},
+        "switch": {"choices": tuple(SWITCH), "metavar": "on|off"},
         "choice": {"choices": tuple(details.choices or ())},
         "texts": many,
         "names": many,
-        "pairs": many | {"type": pair},
-        "shares": many | {"type": shares},
+        "pairs": many | {"type": keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},
+        "shares": many | {"type": split_shares},
         "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
-    if details.kind in shapes:
-        return shapes[details.kind]
-    kinds = {"number": float, "integer": int, "text": str}
-    return {
-        "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
-        "metavar": details.metavar,
-    }
+    kind = {"number": float, "integer": int}.get(details.kind, str)
+    plain = {"type": or_none(kind, details.none) if details.none else kind, "metavar": details.metavar}
+    return shapes.get(details.kind, plain)
 
 
 def describe_setting(default, details):
@@ -86,44 +81,32 @@ def or_none(kind, word):
     return parse
 
 
-def switch(text):
-    """True for on, False for off."""
-    if text not in ("on", "off"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not on or off")
-    return text == "on"
+def keyed(read, words):
+    """A type for `add_argument`: KEY=VALUE → (key, read(value)); `words` say what is expected."""
 
-
-def pair(text):
-    """A key and whether it is on."""
-    key, _, state = text.partition("=")
-    if state not in ("on", "off"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=on or KEY=off")
-    return key, state == "on"
-
-
-def shares(text):
-    """Shares by key: "facade=0.6,roof=0.8" -> list of (str, float)."""
-    found = []
-    for part in filter(None, text.split(",")):
-        key, _, share = part.partition("=")
+    def parse(text):
         try:
-            found.append((key.strip(), float(share)))
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{part!r} is not KEY=SHARE") from None
-    return found
+            key, value = text.rsplit("=", 1)
+            return key.strip(), read(value)
+        except (KeyError, ValueError):
+            raise argparse.ArgumentTypeError(f"{text!r} is not {words}") from None
+
+    return parse
+
+
+def split_shares(text):
+    """Shares by key: "facade=0.6,roof=0.8" -> list of (str, float)."""
+    return [keyed(float, "KEY=SHARE")(part) for part in filter(None, text.split(","))]
+
+
+def two_numbers(text):
+    """Of "3,-4": (3.0, -4.0)."""
+    first, second = map(float, text.split(","))
+    return first, second
 
 
 def join_pairs(option, pairs):
-    """Values by key.
-
-    Parameters
-    ----------
-    option : str
-    pairs : list of (str, value)
-
-    Returns
-    -------
-    dict
+    """Values by key: dict of a list of (str, value).
 
     Raises
     ------
@@ -150,9 +133,11 @@ def settings_of_options(options):
     for name, _, details in declared_settings():
         if hasattr(options, name):
             value = getattr(options, name)
-            if details.kind == "shares":
-                value = [pair for pairs in value for pair in pairs]
-            given[name] = join_pairs(option_of(name), value) if details.kind in ("pairs", "shares") else value
+            if details.kind == "switch":
+                value = SWITCH[value]
+            elif details.kind in ("pairs", "shares"):
+                value = join_pairs(option_of(name), value if details.kind == "pairs" else chain(*value))
+            given[name] = value
     return given
 
 
@@ -214,28 +199,12 @@ def add_change(parser):
     place.add_argument("--add", metavar="FILE", help="buildings or trees, in the base's reference system", **several)
     place.add_argument("--local", action="store_true", help="files are in metres from the base's local origin")
     place.add_argument("--remove", metavar="ID", help="buildings, or trees", **several)
-    words = "[m] to true east and north"
-    place.add_argument("--move", metavar="ID=EAST,NORTH", type=numbers_of_id(2), help=words, **several)
+    two, one = keyed(two_numbers, "ID=NUMBER,NUMBER"), keyed(float, "ID=NUMBER")
+    place.add_argument("--move", metavar="ID=EAST,NORTH", type=two, help="[m] to true east and north", **several)
     words = "[m] by which all of a building above its foot goes up, or down"
-    place.add_argument("--raise", metavar="ID=M", dest="raised", type=numbers_of_id(1), help=words, **several)
+    place.add_argument("--raise", metavar="ID=M", dest="raised", type=one, help=words, **several)
     words = "albedo of all surfaces of a building"
-    place.add_argument("--albedo-of", metavar="ID=A", type=numbers_of_id(1), help=words, **several)
-
-
-def numbers_of_id(count):
-    """A type for `add_argument`: ID=NUMBER,… → (id, number) or (id, tuple of numbers)."""
-
-    def parse(text):
-        name, _, words = text.rpartition("=")
-        try:
-            numbers = tuple(map(float, words.split(",")))
-        except ValueError:
-            numbers = ()
-        if not name or len(numbers) != count:
-            raise argparse.ArgumentTypeError(f"{text!r} is not ID={','.join(['NUMBER'] * count)}")
-        return name, numbers if count > 1 else numbers[0]
-
-    return parse
+    place.add_argument("--albedo-of", metavar="ID=A", type=one, help=words, **several)
 
 
 def list_exports(options):

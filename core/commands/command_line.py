@@ -260,8 +260,7 @@ def run_inspect(options):
     from .inspect_city import describe_city, inspect_city
 
     report = inspect_city(options.city, read_request(options), TerminalProgress(lasting=False))
-    text = json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report))
-    print_output(text)
+    print_found(options, report, describe_city(report))
 
 
 def run_effects(options):
@@ -270,16 +269,17 @@ def run_effects(options):
     from .show import list_effects
 
     plan = list_effects(options.city, read_request(options), TerminalProgress(lasting=False))
-    as_json = json.dumps([effect.as_dict() for effect in plan.effects], indent=2) if options.json else ""
-    print_output(as_json or "\n".join(describe_plan(plan)))
+    print_found(options, [effect.as_dict() for effect in plan.effects], describe_plan(plan))
 
 
 def run_accuracy(options):
     """`citypv accuracy`."""
     with compile_beside(request := read_request(options)):
+        from ..accuracy.price_list import describe_prices, price_as_dict
         from .show import show_accuracy
 
-        print_output("\n".join(show_accuracy(options.city, request, plot=options.plot, as_json=options.json)))
+        listed = show_accuracy(options.city, request, options.plot)
+        print_found(options, price_as_dict(listed), describe_prices(listed))
 
 
 def run_selfcheck(options):
@@ -287,11 +287,15 @@ def run_selfcheck(options):
     from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
-    found = (
-        json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks)
-    )
-    print_output(found)
+    print_found(options, report_checks(checks), [describe_outcome(checks)])
     return int(not all(check.passed for check in checks))
+
+
+def print_found(options, found, lines):
+    """Print what a command found: as JSON where that is asked for, else as lines of text."""
+    from ..results.write_summary import finite
+
+    print_output(json.dumps(finite(found), indent=2, ensure_ascii=False) if options.json else "\n".join(lines))
 
 
 def read_request(options):

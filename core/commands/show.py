@@ -1,17 +1,15 @@
 """`citypv effects`, `citypv accuracy` and `citypv plot`: what is shown without a run, or after it."""
 
 import importlib.util
-import json
 import time
 from pathlib import Path
 
 from ..accuracy.effect_shares import shares_of_effects
 from ..accuracy.measure_effects import measure_effects
-from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
+from ..accuracy.price_list import list_prices
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree
-from ..results.write_summary import finite
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..study import check_tracing, prepare_study, read_scene, read_year
@@ -50,8 +48,8 @@ def list_effects(paths, request, progress):
 PICTURES = (".png", ".svg", ".pdf")
 
 
-def show_accuracy(paths, request, *, plot=None, as_json=False):
-    """Predict seconds and errors of presets and settings.
+def show_accuracy(paths, request, plot=None):
+    """Predict seconds and errors of presets and settings: PriceList.
 
     Parameters
     ----------
@@ -60,12 +58,6 @@ def show_accuracy(paths, request, *, plot=None, as_json=False):
         Its settings are varied one at a time.
     plot : path-like, optional
         Picture to write.
-    as_json : bool
-
-    Returns
-    -------
-    list of str
-        Lines to print.
 
     Raises
     ------
@@ -82,7 +74,7 @@ def show_accuracy(paths, request, *, plot=None, as_json=False):
         from ..results.draw_results import draw_prices
 
         draw_prices(listed, plot)
-    return [json.dumps(finite(price_as_dict(listed)), indent=2)] if as_json else describe_prices(listed)
+    return listed
 
 
 def plot_results(folder):
