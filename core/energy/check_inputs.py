@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..light.kept_matrix import is_on_disk, row_blocks
+from ..light.kept_matrix import row_blocks
 from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import name_untraced
@@ -48,22 +48,18 @@ def check_transfer(transfer):
         check_array(name, values, (count,), least=0, **{"most": 1 + UNIT} if name in shares else {})
     if transfer.no_room is not None:
         check_array("no_room", transfer.no_room, (count, len(transfer.clearances)), least=0, most=1 + UNIT)
-    check_per_sun("visible_share", transfer.visible_share, (count, suns), most=1 + UNIT)
-    check_per_sun("direct_reflected", transfer.direct_reflected, (count, suns))
+    for name, bounds in (("visible_share", {"most": 1 + UNIT}), ("direct_reflected", {})):
+        matrix = getattr(transfer, name)
+        if np.shape(matrix) != (count, suns):
+            raise InputError(name, f"shape {np.shape(matrix)}", f"give an array of shape ({count}, {suns})")
+        for rows, values in row_blocks(matrix):  # some at a time, as it may lie on disk
+            numbered = {"row": lambda index, first=rows.start: f"row {first + index}"}
+            check_array(name, values, values.shape, least=0, **numbered, **bounds)
     for name in ERROR_PARTS if transfer.error_parts is not None else ():
         shape = (count, "r") if name.endswith("passed_on") else (count,)
         check_array(name, getattr(transfer.error_parts, name), shape)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
-
-
-def check_per_sun(name, matrix, shape, **bounds):
-    """Refuse an invalid matrix of surfaces × suns; one on disk is checked block by block."""
-    if not is_on_disk(matrix) or matrix.shape != shape:
-        check_array(name, matrix, shape, least=0, **bounds)
-        return
-    for rows, values in row_blocks(matrix):
-        check_array(f"{name} from row {rows.start} on", values, values.shape, least=0, **bounds)
 
 
 def check_sky(transfer, sky):

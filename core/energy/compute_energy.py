@@ -1,13 +1,13 @@
 """Transfer × Weather × PV system: irradiance and full load hours of every surface."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..settings.progress import silent
+from ..settings.threads import map_in_order, usable_threads
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import SkyParts, split_sky
 from ..weather.weather import darken_hours
@@ -17,7 +17,7 @@ from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
-from .standard_errors import carry_to_hours, standard_errors_of_hours
+from .standard_errors import errors_of_energy, state_errors
 from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
@@ -26,7 +26,7 @@ YEAR = pd.Timedelta(days=365)
 AREAS = ("eligible", "flat_roof", "open_area", "counted_area", "module_area")  # of CountedArea, also of Energy
 
 
-def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=(), sky="isotropic"):
+def compute_energy(transfer, weather, system=None, threads=None, progress=silent, *, series=(), sky="isotropic"):
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
     Angles of incidence and light from the far ground are computed for every hour; visible shares and reflections are
@@ -83,19 +83,13 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    parts = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=split_sky(weather, sky))
-    errors, errors_of_means, error_of_all = standard_errors_of_hours(parts, groups)
-    shares = [own / max(sum(sunny), 1.0) for own in sunny]
-    error_of_direct = [
-        share * state.direct_annual_standard_error for share, (state, _) in zip(shares, states, strict=True)
-    ]
-    return Energy(
+    direct_errors = [share * one.direct_annual_standard_error for share, (one, _) in zip(sunny, states, strict=True)]
+    energy = Energy(
         direct_relative_annual=sums["direct_relative"] / max(sum(sunny), 1.0),
-        direct_relative_annual_standard_error=sum(error_of_direct),
+        direct_relative_annual_standard_error=sum(direct_errors) / max(sum(sunny), 1.0),
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
         full_load_hours_dc=np.where(electric, dc, np.nan),
-        full_load_hours_standard_error=errors,
         full_load_hours_by_month=by_month,
         full_load_hours_by_year=np.where(electric[:, None], sums["by_year"] * hour, np.nan),
         times=weather.data.index,
@@ -103,9 +97,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
-        group_standard_error=errors_of_means,
         group_dc=np.where(electric, dc, 0.0) @ groups.weight,
-        sampling_error=error_of_all,
         capacity_factor=capacity_factor,
         years=years,
         longitude=weather.longitude,
@@ -113,6 +105,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         sky=sky,
         series=found if len(rows) else None,
     )
+    return state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
 
 
 @dataclass
@@ -176,16 +169,20 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     single = (np.zeros(count) for _ in range(3))
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
     total = BlockSums(*single, *periods, np.zeros((hours, group_weight.shape[1])))
-    # The matrix products are small: BLAS threads would only wait for each other.
-    with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        for rows, sums in pool.map(run, blocks):
-            for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
-                getattr(total, name)[rows] = getattr(sums, name)
-            total.capacity_factor += sums.capacity_factor
-            done += len(rows)
-            if progress is not None:
-                progress("electricity", float(done * hours), float(count * hours), "surface-hours")
+    for rows, sums in map_blocks(run, blocks, threads):
+        for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
+            getattr(total, name)[rows] = getattr(sums, name)
+        total.capacity_factor += sums.capacity_factor
+        done += len(rows)
+        progress("electricity", float(done * hours), float(count * hours), "surface-hours")
     return total
+
+
+def map_blocks(run, blocks, threads):
+    """Yield results of `run(block)` in the order of the blocks, from all threads."""
+    # The matrix products are small: BLAS threads would only wait for each other.
+    with threadpool_limits(1, "blas"):
+        yield from map_in_order(run, blocks, usable_threads(threads))
 
 
 def add_series(task, series):
@@ -241,8 +238,6 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
             share = np.where(own[:, None] == np.arange(len(members)), kwp[rows, None], 0.0)
             return sum_block(task.block(rows, share), task.hours, task.curves).capacity_factor
 
-        # The matrix products are small: BLAS threads would only wait for each other.
-        with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-            for block, found in zip(blocks, pool.map(run, blocks), strict=True):
-                power[np.ix_(task.hours.interval, np.unique(building[block]))] += found
+        for block, found in zip(blocks, map_blocks(run, blocks, threads), strict=True):
+            power[np.ix_(task.hours.interval, np.unique(building[block]))] += found
     return names, power

@@ -29,7 +29,6 @@ class Energy:
     poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
     full_load_hours: np.ndarray  # (n,) [h] per year, AC; NaN for ground and downward surfaces
     full_load_hours_dc: np.ndarray  # (n,) [h] before losses and inverter
-    full_load_hours_standard_error: np.ndarray  # (n,) [h] from rays, patch sizes and suns
     full_load_hours_by_month: np.ndarray  # (n, 12) [h]
     full_load_hours_by_year: np.ndarray  # (n, y) [h] of `split_years`; (n, 0) for a single year
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
@@ -37,9 +36,7 @@ class Energy:
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
-    group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
     group_dc: np.ndarray  # (g,) [h] mean full load hours of each group, DC
-    sampling_error: float  # [h] of the mean over the counted area of all groups, from rays only
     capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather
@@ -48,6 +45,9 @@ class Energy:
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
     counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
+    full_load_hours_standard_error: np.ndarray | None = None  # (n,) [h] from rays, patch sizes and suns
+    group_standard_error: np.ndarray | None = None  # (g,) [h] of the mean full load hours of each group
+    sampling_error: float = np.nan  # [h] of the mean over the counted area of all groups, from rays only
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 
@@ -132,16 +132,14 @@ def sum_potential(rows, area, energy, system):
         eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over power) and
         mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year. Hours are None without modules.
     """
-    rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
+    rows = np.arange(len(area))[rows]
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    counted, modules = energy.counted_area[rows], energy.module_area[rows]
-    kwp = modules / area_of_kwp(system.module)
-    spread = area[rows] / counted  # hours are means over whole polygons; here over the counted area
-    total = {"eligible_area": counted.sum(), "module_area": modules.sum(), "kwp": kwp.sum()}
+    modules = energy.module_area[rows].sum()
+    total = {"eligible_area": energy.counted_area[rows].sum(), "module_area": modules}
+    total["kwp"] = modules / area_of_kwp(system.module)
     for name, sum_name in (("full_load_hours", "mwh_per_year"), ("full_load_hours_dc", "mwh_dc_per_year")):
-        hours = getattr(energy, name)[rows] * spread
-        total[name] = (modules @ hours) / modules.sum() if modules.any() else None
-        total[sum_name] = kwp @ hours / 1000
+        total[sum_name] = kwp_of_hours(area, energy, system)[rows] @ getattr(energy, name)[rows] / 1000
+        total[name] = 1000 * total[sum_name] / total["kwp"] if modules else None
     return {name: None if value is None else float(value) for name, value in total.items()}
 
 

@@ -39,28 +39,6 @@ MOST_POWER, POWER_NODES = 2.0, 65536  # DC power in the inverter's table, unifor
 # -- the curves of a system, by pvlib --
 
 
-def incidence_factor(aoi, system):
-    """Incidence angle modifier (IAM) of direct light.
-
-    Parameters
-    ----------
-    aoi : numpy.ndarray
-        Angle of incidence [°].
-    system : PvSystem
-
-    Returns
-    -------
-    numpy.ndarray
-        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law;
-        1 with the effect switched off.
-    """
-    if not system.aoi:
-        return np.ones_like(aoi)
-    if system.incidence == "sapm":
-        return pvlib.iam.sapm(aoi, system.module.parameters)
-    return INCIDENCE_LAWS[system.incidence](aoi)
-
-
 def diffuse_incidence_factors(surface_tilt, system, sources=()):
     """IAM of the light from the sky, of reflected light, and of the light of traced parts of the sky.
 
@@ -205,8 +183,16 @@ class PvlibCurves:
         return module.parameters["FD"] if module.library == SANDIA else 1.0
 
     def incidence_at(self, aoi_projection):
-        """IAM of direct light."""
-        return incidence_factor(np.degrees(np.arccos(np.minimum(aoi_projection, 1.0))), self.system)
+        """IAM of direct light, by the cosine of the angle of incidence; 1 with the effect switched off.
+
+        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law.
+        """
+        if not self.system.aoi:
+            return np.ones_like(aoi_projection)
+        aoi = np.degrees(np.arccos(np.minimum(aoi_projection, 1.0)))
+        if self.system.incidence == "sapm":
+            return pvlib.iam.sapm(aoi, self.system.module.parameters)
+        return INCIDENCE_LAWS[self.system.incidence](aoi)
 
     def power_at(self, effective, temp_cell):
         """DC power over nominal power, 0 without effective irradiance."""

@@ -13,23 +13,20 @@ from .energy import states_of_year
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
 
-def standard_errors_of_hours(errors, groups):
-    """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
+def state_errors(energy, errors, groups):
+    """An Energy with the standard errors of surfaces, of the means of groups, and of the mean of all groups together.
+
+    That of a surface is NaN without full load hours, or if the error of the irradiance is unknown.
 
     Parameters
     ----------
+    energy : Energy
     errors : HourErrors
-        Of n surfaces.
     groups : Groups
 
     Returns
     -------
-    surfaces : numpy.ndarray, (n,)
-        [h] NaN without full load hours, or if the error of the irradiance is unknown.
-    means : numpy.ndarray, (g,)
-        [h]
-    whole : float
-        [h] Of the mean over the counted area of all groups, from rays and points only.
+    Energy
     """
     surfaces = errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
     rows, label = np.nonzero(groups.weight)
@@ -38,7 +35,8 @@ def standard_errors_of_hours(errors, groups):
     means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
     weight = groups.weight[rows, label] * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
     whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
-    return np.sqrt(surfaces), means, float(np.sqrt(whole))
+    stated = {"full_load_hours_standard_error": np.sqrt(surfaces), "group_standard_error": means}
+    return replace(energy, **stated, sampling_error=float(np.sqrt(whole)))
 
 
 def noise_of_mean(weight, own, passed_on):
@@ -113,41 +111,21 @@ class HourErrors:
 
 
 def errors_of_energy(transfer, weather, energy):
-    """Parts of the errors of the full load hours of an Energy: HourErrors."""
-    hours, poa, sky = energy.full_load_hours, energy.poa_global_annual, split_sky(weather, energy.sky)
-    return carry_to_hours(transfer, weather, hours, poa, energy.years, sky=sky)
-
-
-def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
-    """Parts of the errors of full load hours: HourErrors.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    full_load_hours : numpy.ndarray, (n,)
-        [h] per year; NaN for surfaces without.
-    poa : numpy.ndarray, (n,)
-        [kWhm⁻²] irradiation in the plane of the surface, per year.
-    years : float
-        That the weather covers.
-    sky : SkyParts
-    """
+    """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather: HourErrors."""
+    full_load_hours, poa, sky = energy.full_load_hours, energy.poa_global_annual, split_sky(weather, energy.sky)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     found = []
     for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
-        annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
+        annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / energy.years / 1000.0
         found.append(carry_state(state, per_poa * annual[:, None], sky))
     own, passed_on, discretisation, points = zip(*found, strict=True)
     own = np.where(np.isnan(full_load_hours), np.nan, add_deviations(own))
     surfaces = transfer.surfaces
     names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
-    suns = [
-        full_load_hours * np.array([sun_sampling_share(transfer.record, name, part) for name in names])
-        for part in ("bias", "rms")
-    ]
+    shares = [[sun_sampling_share(transfer.record, name, part) for name in names] for part in ("bias", "rms")]
+    suns = full_load_hours * np.array(shares)
     return HourErrors(own, sum(passed_on), sum(discretisation), add_deviations(points), *suns)
 
 
@@ -157,7 +135,7 @@ def add_deviations(variances):
 
 
 def carry_state(transfer, hours, sky):
-    """The same as `carry_to_hours` for one state of the trees.
+    """The same as `errors_of_energy` for one state of the trees: own, passed on, discretisation, points.
 
     Parameters
     ----------
