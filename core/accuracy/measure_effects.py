@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects.plan_effects import plan_effects
+from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
-from ..energy.pv_system import build_system
+from ..energy.pv_system import ELECTRIC, build_system
 from ..light.prepare_scene import reseed
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
@@ -19,10 +20,7 @@ from ..sun.sky_models import choose_sky
 from .pilot import choose_square, trace_part, traced_patches
 from .trace_run import choose_year
 
-TRACED = (  # effects that change the light
-    *("trees", "sky-rays", "shadow-rays", "terrain-horizon", "receivers", "reflections", "reflectors", "far-ground"),
-    *("perez", "specular"),
-)
+TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
 PAIRS = 3
 MOST = 1_000  # patches of the part
 INNER = 0.5  # of them lie in its inner part, whose surfaces count

@@ -1,10 +1,8 @@
 """The source of weather of a world, by its settings."""
 
-from dataclasses import fields
 from pathlib import Path
 
 from ..settings.errors import InputError
-from ..settings.request import declared_settings, option_of
 from ..weather.read_weather import read_weather, recognise_weather
 from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import (
@@ -33,9 +31,7 @@ def find_source(request, settings, stack):
     paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
     kinds = {recognise_weather(path) for path in paths}
     if kinds == {"era5"}:
-        for name in STATIONS_ONLY:
-            if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
-                raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
+        refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")
         check_region(settings.latitudes, settings.longitudes)
         grid = open_era5_grid(paths)
@@ -55,11 +51,10 @@ def find_source(request, settings, stack):
 
 
 def refuse_settings(settings, names, weather):
-    """Refuse settings that mean nothing for the weather."""
-    for field in fields(settings):
-        if field.name in names and getattr(settings, field.name) != field.default:
-            option = "--" + field.name.replace("_", "-")
-            raise InputError(option, f"means nothing for {weather}", "leave it out")
+    """Refuse settings, of a Request or WorldSettings, that mean nothing for the weather."""
+    for name in names:
+        if getattr(settings, name) != getattr(type(settings)(), name):
+            raise InputError("--" + name.replace("_", "-"), f"means nothing for {weather}", "leave it out")
 
 
 def read_stations(paths, request):

@@ -99,9 +99,8 @@ def describe_city(found):
     report, site = found["report"], found["site"]
     place = "unknown: given neither in the files nor by options"
     if site["latitude"] is not None and site["longitude"] is not None:
-        place = (
-            f"latitude {site['latitude']:.5f}°, longitude {site['longitude']:.5f}°, altitude {site['altitude']:.1f} m"
-        )
+        degrees = (f"{name} {show_number(site[name], 5)}°" for name in ("latitude", "longitude"))
+        place = f"{', '.join(degrees)}, altitude {show_number(site['altitude'], 1)} m"
     met, used = (
         ", ".join(f"{name or '(none)'}: {count:,}" for name, count in report[key].items()) or "none"
         for key in ("lods_met", "lods_chosen")

@@ -6,7 +6,7 @@ import time
 
 from ..city.assemble_city import SHAPELESS
 from ..city.scene import surface_of_triangles
-from ..settings.errors import count_of
+from ..settings.errors import count_of, list_some, show_number
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
 
@@ -76,7 +76,7 @@ def report_outcome(log, folder, energy, totals, report=None):
         log.write(f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, {dark['area']:,.0f} m²")
     for reason, names in report.skipped.items() if report else ():
         if reason.startswith(SHAPELESS):
-            told = ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
+            told = list_some(names, NAMED)
             log.write(f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}")
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
@@ -101,7 +101,8 @@ def describe_scene(scene):
         f"{count_of(report.building_count, 'building')}, {count_of(report.part_count, 'part')}, "
         f"{count_of(len(scene.surfaces), 'surface')}: {kinds}",
         f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
-        f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
+        f"latitude {show_number(site.latitude, 4)}°, longitude {show_number(site.longitude, 4)}°, grid north at "
+        f"{show_number(site.convergence, 3, plus=True)}°",
     ]
     lines += [f"skipped {len(ids):,}: {reason}" for reason, ids in report.skipped.items()]
     lines += [f"repaired {count_of(len(ids), 'surface')}: {reason}" for reason, ids in report.repaired.items()]
@@ -121,7 +122,6 @@ def describe_interruption(record):
     line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
     line += f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
     if record.sun_sampling:
-        line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
-            **record.sun_sampling
-        )
+        bias, rms = show_number(record.sun_sampling["bias"], 2, plus=True), record.sun_sampling["rms"]
+        line += f"; this changes full load hours by {bias} %, those of single surfaces by {rms:.2f} % (rms)"
     return line

@@ -11,7 +11,6 @@ from ..results.write_summary import peak_memory, versions, write_summary
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import describe_duration
-from ..settings.request import declared_settings, option_of
 from ..study import check_settings
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
@@ -19,7 +18,7 @@ from ..world.group_errors import add_mix, parse_mix
 from ..world.merge_surfaces import merge_surfaces
 from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
-from .find_source import MODELS, STATIONS_ONLY, find_source
+from .find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from .run_log import RunLog
 from .world_tasks import WorldInputs, compute_in_tasks
 
@@ -117,10 +116,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
 def check_world_settings(request, settings):
     """Refuse settings that mean nothing for a world."""
     grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
-    for name, default, _ in declared_settings("weather", "electricity"):
-        usual = default, implied.get(name, default)
-        if getattr(request, name) not in usual and (name in NOT_FOR_WORLDS or (grid and name in STATIONS_ONLY)):
-            raise InputError(option_of(name), "means nothing for this world", "leave it out")
+    unused = (*NOT_FOR_WORLDS, *(STATIONS_ONLY if grid else ()))
+    own = [name for name in unused if name not in implied or getattr(request, name) != implied[name]]
+    refuse_settings(request, own, "this world")
     if settings.step is not None and not 0 < settings.step <= 90:
         raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")
     if settings.surfaces is not None and settings.surfaces < FEWEST:

@@ -18,6 +18,7 @@ from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
+from ..settings.errors import show_number
 from ..settings.progress import silent
 from ..study import compute_energy
 
@@ -90,7 +91,8 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     chosen = {"sky": energy.sky, "threads": request.threads}
     shares = state_effects(summary, transfer, weather, build_system(request), **chosen)
     if shares:
-        log.write(f"  in full load hours: {', '.join(f'{key} {100 * share:+.1f} %' for key, share in shares.items())}")
+        told = (f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items())
+        log.write(f"  in full load hours: {', '.join(told)}")
     log.clock.lap("shares of effects")
     if tiles:
         summary["tiles"] = state_bound(tiles, transfer, energy, weather)

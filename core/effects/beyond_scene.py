@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..sun.horizon import UP, TerrainHorizon, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
+from ..settings.errors import show_number
+from ..sun.horizon import UP, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
@@ -30,15 +31,21 @@ def decide_terrain(inputs):
     if inputs.horizons is None:
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     horizon, corners = inputs.horizons
-    top = int(horizon.elevation.argmax())
-    highest, azimuth = horizon.elevation[top], horizon.azimuth[top]
-    where = f"{highest:.1f}° in the {POINTS[round(azimuth / 45) % 8]} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
+    highest, azimuth = horizon.elevation.max(), horizon.azimuth[horizon.elevation.argmax()]
+    where = f"{highest:.1f}° in the {name_point(azimuth)} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
         bound = largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
-    lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
+    # The horizons of buildings lie between those of the corners: between their lowest and their highest edge.
+    edges = [one.elevation for one in (horizon, *corners)]
+    lowest, top = (replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum))
+
+    def between(year, normal, albedo):
+        low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
+        return np.abs(high - low)
+
     reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
@@ -46,7 +53,13 @@ def decide_terrain(inputs):
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
-    return Effect(TERRAIN, True, describe_level_ground(inputs, horizon), reason, bound_on(inputs, horizon, corners))
+    bound = largest_share(inputs, between, horizon)
+    return Effect(TERRAIN, True, describe_level_ground(inputs, horizon), reason, bound)
+
+
+def name_point(azimuth):
+    """Point of the compass: "south-west" of 225°."""
+    return POINTS[round(azimuth / 45) % 8]
 
 
 def terrain_alone(plan):
@@ -65,7 +78,7 @@ def seen_from(horizon):
     if horizon.eye is None:
         return ""
     least = int(horizon.known.argmin())
-    distance, point = horizon.known[least], POINTS[round(horizon.azimuth[least] / 45) % 8]
+    distance, point = horizon.known[least], name_point(horizon.azimuth[least])
     far = f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
     return f" from ground at {horizon.eye:.0f} m{far}"
 
@@ -94,21 +107,6 @@ def describe_level_ground(inputs, horizon):
     year = year_of(inputs)
     behind, whole = (sum_direct(year, UP, chosen)[0] for chosen in (~is_above(horizon, year.towards), slice(None)))
     return f"{words} and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
-
-
-def bound_on(inputs, horizon, corners):
-    """What lies between this horizon and those of the corners, where the buildings have theirs, as a share of light."""
-
-    def between(year, normal, albedo):
-        found = np.zeros((2, len(normal)))
-        for corner in corners:
-            # Where one rises and the other falls, both count: the light between their lower and higher edge.
-            edges = [TerrainHorizon(edge(horizon.elevation, corner.elevation)) for edge in (np.minimum, np.maximum)]
-            low, high = (np.array(light_behind(year, normal, one, albedo)) for one in edges)
-            found = np.maximum(found, np.abs(high - low))
-        return found
-
-    return largest_share(inputs, between, horizon)
 
 
 def year_of(inputs):
@@ -257,7 +255,8 @@ def decide_perez(inputs):
     if inputs.weather is not None and counted.any():
         normal, _ = planes_of(surfaces, np.flatnonzero(counted))
         change = change_unshaded(inputs.weather, normal, inputs.request.ground_albedo)
-        words = f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %"
+        low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
+        words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None
     if asked or (asked is None and (sky == PEREZ or (by_scene and area > 0))):
         reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"

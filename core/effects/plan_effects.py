@@ -12,6 +12,7 @@ from ..city.foliage import choose_foliage
 from ..patches.brdfs import Lambertian
 from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
+from ..settings.errors import show_number
 from ..settings.progress import describe_duration, silent
 from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Effect, Inputs
@@ -127,7 +128,7 @@ def describe_plan(plan):
         words = [describe_bound(effect.bound, effect.on)]
         if effect.share is not None:
             doubt = f" ± {100 * effect.share_standard_error:.2f}" if effect.share_standard_error else ""
-            words.append(f"contributes {100 * effect.share:+.2f}{doubt} % of full load hours")
+            words.append(f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full load hours")
         if effect.seconds is not None:
             verb = "takes" if effect.seconds >= 0 else "saves"
             words.append(f"{verb} {describe_duration(abs(effect.seconds))}")

@@ -98,7 +98,7 @@ def test_light_that_a_layer_of_leaves_takes(on):
     assert plan["trees"].share == pytest.approx(share_of_light(2 * expn(3, DEPTH), 1.0), rel=0.03)
     assert plan["trees"].on == on and plan["trees"].bound is None
     (line,) = (one for one in describe_plan(plan) if one.startswith("trees"))
-    assert "not known before the run; contributes -" in line and " ± " in line
+    assert "not known before the run; contributes −" in line and " ± " in line
 
 
 @pytest.mark.parametrize("albedo", [0.25, 0.6])
