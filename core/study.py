@@ -15,7 +15,7 @@ from .accuracy.trace_run import choose_year, trace_run
 from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
-from .effects.table import check_effects, check_needs
+from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .light.edit_light import trace_editable
@@ -56,14 +56,13 @@ def check_settings(request):
 
 
 def check_tracing(request):
-    """The same, and what tracing needs beside a city: effects, materials, horizon.
+    """The same, and what tracing needs beside a city: materials, horizon.
 
     Raises
     ------
     InputError
     """
     check_settings(request)
-    check_needs(request)
     check_materials(request)
     if request.horizon is not None:
         check_horizon(request.horizon)

@@ -6,7 +6,7 @@ the size of patches leaves falls with the square of their length.
 """
 
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns
 from .pilot import PilotRun, run_pilot
 from .sun_sampling import FEWER, CityYear, measure_ways, name_groups
-from .yield_errors import SAMPLED, SOURCES
+from .yield_errors import SAMPLED
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
 SAMPLES = (64, 256, 1024, 4096)
@@ -209,8 +209,3 @@ def describe_prices(listed):
     if not any(np.isfinite(one.error) for one in listed.prices):
         lines.append("No surface is eligible for photovoltaics, so there are no errors of full load hours to predict.")
     return lines
-
-
-def price_as_dict(listed):
-    """The list in plain types."""
-    return asdict(listed) | {"sources": SOURCES, "unit": "s, percent of full load hours"}

@@ -51,7 +51,7 @@ def argument_of_setting(details):
     shapes = {
         "flag": {"action": "store_true"},
         "switch": {"choices": tuple(SWITCH), "metavar": "on|off"},
-        "choice": {"choices": tuple(details.choices or ())},
+        "choice": {"choices": tuple(details.choices)},
         "texts": many,
         "names": many,
         "pairs": many | {"type": keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},

@@ -4,7 +4,6 @@ import difflib
 import os
 from numbers import Real
 
-from ..effects.table import check_effects
 from ..settings.errors import InputError
 from ..settings.presets import METHODS, PRESETS
 from ..settings.request import Request, check_request, declared_settings
@@ -66,7 +65,6 @@ def request_of_settings(settings, *groups, others=()):
         given["effects"] = {**implied["effects"], **given["effects"]}
     request = Request(**{**implied, **given})
     check_request(request)
-    check_effects(request)
     return request
 
 

@@ -1,6 +1,6 @@
 """Closed forms against the tracer: tilted faces, a street canyon, a furnace, view factors, a module's temperature."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from pvlib.temperature import sapm_cell
@@ -24,27 +24,23 @@ SINGLE = 1e-6  # rounding in single precision of a number near 1
 
 # Infinite street canyon, height = width, after 0, 1, 2, 3 reflections: mean of a wall and of the street per isotropic
 # sky. The first is exact (crossed strings), the others come from a numeric radiosity of 80 strips per face.
-CANYON_WALL = (0.2928932, 0.353350, 0.362375, 0.363992)
-CANYON_STREET = (0.4142136, 0.451931, 0.461190, 0.462563)
+CANYON = {
+    "wall": (0.2928932, 0.353350, 0.362375, 0.363992),
+    "street": (0.4142136, 0.451931, 0.461190, 0.462563),
+}
 
 # Between opposite rectangles (Howell C-11) and squares at a right angle (C-14); Helios names the second in its test.
-VIEW_FACTORS = {
-    "parallel unit squares at distance 1": (
-        0.19982489569838738,
-        [rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0])],
-        [rectangle([0, 0, 1], [0, 1, 0], [1, 0, 0])],
-    ),
-    "parallel rectangles of 1 by 2 at distance 0.5": (
-        0.5089886690414376,
-        [rectangle([0, 0, 0], [1, 0, 0], [0, 2, 0])],
-        [rectangle([0, 0, 0.5], [0, 2, 0], [1, 0, 0])],
-    ),
-    "unit squares with a common edge at a right angle": (
+SQUARE, LONG = rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]), rectangle([0, 0, 0], [1, 0, 0], [0, 2, 0])
+VIEW_FACTORS = (
+    ("parallel unit squares at distance 1", 0.19982489569838738, SQUARE, ([0, 0, 1], [0, 1, 0], [1, 0, 0])),
+    ("parallel rectangles of 1 by 2 at distance 0.5", 0.5089886690414376, LONG, ([0, 0, 0.5], [0, 2, 0], [1, 0, 0])),
+    (
+        "unit squares with a common edge at a right angle",
         0.20004377607540316,
-        [rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0])],
-        [rectangle([0, 0, 0], [0, 1, 0], [0, 0, 1])],
+        SQUARE,
+        ([0, 0, 0], [0, 1, 0], [0, 0, 1]),
     ),
-}
+)
 
 
 def closed_form_checks():
@@ -58,21 +54,18 @@ def closed_form_checks():
     for tilt in (0, 30, 60, 90, 105):
         cosine = np.cos(np.radians(tilt))
         expected = (1 + cosine) / 2 + ALBEDO * (1 - cosine) / 2  # Eq. 9
-        name = f"unshaded face at {tilt}°"
-        checks.append((f"{name}, closed form", expected, SINGLE, lambda tilt=tilt: unshaded(tilt, rays=False)))
-        checks.append((f"{name}, by rays", expected, SINGLE, lambda tilt=tilt: unshaded(tilt, rays=True)))
-    for bounces in range(4):
-        for number, (face, known) in enumerate((("wall", CANYON_WALL), ("street", CANYON_STREET))):
+        for words, rays in (("closed form", False), ("by rays", True)):
+            checks.append((f"unshaded face at {tilt}°, {words}", expected, SINGLE, partial(unshaded, tilt, rays)))
+    for face, known in CANYON.items():
+        for bounces, expected in enumerate(known):
             name = f"street canyon, {face} after {bounces} reflections"
-            checks.append(
-                (name, known[bounces], SINGLE, lambda bounces=bounces, number=number: canyon(bounces)[number])
-            )
+            checks.append((name, expected, SINGLE, lambda face=face, bounces=bounces: canyon(bounces)[face]))
     for albedo, bounces in ((0.25, 3), (0.999, 50), (1.0, 50)):
         expected = bounces + 1.0 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
         name = f"closed furnace, albedo {albedo:g}, {bounces} reflections"
-        checks.append((name, expected, SINGLE * expected, lambda a=albedo, n=bounces: furnace(a, n)))
-    for name, (expected, one, other) in VIEW_FACTORS.items():
-        checks.append((f"view factor, {name}", expected, SINGLE, lambda one=one, other=other: view(one, other)))
+        checks.append((name, expected, SINGLE * expected, partial(furnace, albedo, bounces)))
+    for name, expected, one, other in VIEW_FACTORS:
+        checks.append((f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other))))
     name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", thermal_parameters("open-rack")
     checks.append((name, 40.291, 5e-4, lambda: (float(sapm_cell(900.0, 20.0, 5.0, **thermal)), 0.0)))
     return checks
@@ -98,7 +91,7 @@ def mean_of(transfer, chosen, name="diffuse_relative"):
     return float(share @ getattr(transfer, name)[chosen]), float(np.sqrt((error**2).sum()))
 
 
-def unshaded(tilt, *, rays):
+def unshaded(tilt, rays):
     """A square that faces south, with nothing around it."""
     up = [0, np.cos(np.radians(tilt)), np.sin(np.radians(tilt))]
     scene = join_parts([rectangle([0, 0, 5], [1, 0, 0], up)])
@@ -108,7 +101,7 @@ def unshaded(tilt, *, rays):
 
 @cache
 def canyon(bounces, samples=8192, strips=40):
-    """Mean of the middle of a long street's walls and of its ground, each with its standard error."""
+    """Mean of the middle of a long street's walls and of its ground, each with its standard error: dict."""
     parts = []
     for start, end in ((-100, -10), (-10, 10), (10, 100)):
         length = [end - start, 0, 0]
@@ -116,8 +109,8 @@ def canyon(bounces, samples=8192, strips=40):
         parts.append(rectangle([start, 1, 0], length, [0, 0, 1], strips))
         parts.append(rectangle([start, 0, 1], length, [0, 0, -1], strips))
     transfer = trace(join_parts(parts), max_bounces=bounces, samples=samples, far_ground=False)
-    street = 6 * strips + np.arange(2 * strips)
-    return mean_of(transfer, np.arange(8 * strips, 12 * strips)), mean_of(transfer, street)
+    wall, street = np.arange(8 * strips, 12 * strips), np.arange(6 * strips, 8 * strips)
+    return {"wall": mean_of(transfer, wall), "street": mean_of(transfer, street)}
 
 
 def hemisphere_of(scene, albedo, samples, *, lit_inside=False):
@@ -150,13 +143,11 @@ def furnace(albedo, bounces):
 
 
 def view(one, other):
-    """View factor from one group of rectangles to another."""
-    scene = join_parts([*one, *other])
-    own = sum(len(triangles) for _, triangles in one)
+    """View factor from one rectangle to another."""
+    scene, own = join_parts([one, other]), len(one[1])
     patches, hemisphere = hemisphere_of(scene, 1, 1 << 16)
-    shares = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)).reshape(
-        own, HEMISPHERE_REPLICATES
-    )
+    shares = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1))
+    shares = shares.reshape(own, HEMISPHERE_REPLICATES)
     share = patches.area[:own] / patches.area[:own].sum()
     error = share**2 @ shares.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
     return float(share @ shares.mean(axis=1)), float(np.sqrt(error))

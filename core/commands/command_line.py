@@ -10,7 +10,7 @@ import json
 import signal
 import sys
 import traceback
-from dataclasses import fields
+from dataclasses import asdict, fields
 from functools import partial
 
 from ..settings.errors import InputError
@@ -275,11 +275,13 @@ def run_effects(options):
 def run_accuracy(options):
     """`citypv accuracy`."""
     with compile_beside(request := read_request(options)):
-        from ..accuracy.price_list import describe_prices, price_as_dict
+        from ..accuracy.price_list import describe_prices
+        from ..accuracy.yield_errors import SOURCES
         from .show import show_accuracy
 
         listed = show_accuracy(options.city, request, options.plot)
-        print_found(options, price_as_dict(listed), describe_prices(listed))
+        words = {"sources": SOURCES, "unit": "s, percent of full load hours"}
+        print_found(options, asdict(listed) | words, describe_prices(listed))
 
 
 def run_selfcheck(options):

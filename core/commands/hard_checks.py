@@ -15,7 +15,6 @@ SUN_IN_PLANE, LOW_SUN = [[0, -0.8, 0.6]], [[0, -1, 0]]  # in the south
 UTM = (389_120.0, 5_816_320.0, 30.0)  # whole squares of the ground
 TURN = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]  # about no axis in particular
 TURN *= np.sign(np.linalg.det(TURN))
-SIDES = ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
 
 
 def hard_checks():
@@ -41,12 +40,11 @@ def hard_checks():
 def town(away):
     """Twelve boxes in the coordinates of a file, moved."""
     generator, faces = np.random.default_rng(1), []
-    corners = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
     for place in range(12):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
         low = np.append(20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3), 0)
-        faces.append((corners * size + low)[list(SIDES)] + away)
-    points = np.concatenate(faces).reshape(-1, 3)
+        faces += [points[[0, 2, 3, 1]] + away for points, _ in box(low, low + size)]
+    points = np.concatenate(faces)
     count = len(points) // 4
     names, buildings = [f"face {k}" for k in range(count)], [f"b{k // 6}" for k in range(count)]
     rings = np.arange(0, 4 * count + 1, 4)

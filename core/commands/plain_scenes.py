@@ -68,30 +68,13 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     vertices = np.concatenate([points for points, _ in parts])
     vertices = (vertices if turn is None else vertices @ np.transpose(turn)) + np.asarray(away, float)
     triangles = np.concatenate([faces + count for (_, faces), count in zip(parts, counts, strict=False)])
-    total = len(triangles)
-    nothing = np.zeros(total, bool)
-    own = np.arange(total, dtype=np.int32)
-    surfaces = describe_triangles(vertices[triangles])
-    return Scene(vertices, triangles.astype(np.int32), own, nothing, nothing.copy(), surfaces, NOWHERE)
-
-
-def describe_triangles(corners):
-    """Surfaces of triangles: (t, 3, 3) float64 [m]."""
-    count = len(corners)
+    corners, count = vertices[triangles], len(triangles)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
-    normal = normal / length[:, None]
-    surface_tilt, surface_azimuth = measure_tilt(normal)
-    kind, orientation, eligible = classify(length / 2, surface_tilt, surface_azimuth, [""] * count)
-    return Surfaces(
-        surface_id=[f"triangle {index}" for index in range(count)],
-        building_id=[""] * count,
-        thematic=[""] * count,
-        kind=kind,
-        orientation=orientation,
-        eligible=eligible,
-        area=length / 2,
-        surface_tilt=surface_tilt,
-        surface_azimuth=surface_azimuth,
-        normal=normal,
-    )
+    normal /= length[:, None]
+    nothing, names = np.zeros(count, bool), [f"triangle {index}" for index in range(count)]
+    tilt, azimuth = measure_tilt(normal)
+    groups = classify(length / 2, tilt, azimuth, [""] * count)
+    surfaces = Surfaces(names, [""] * count, [""] * count, *groups, length / 2, tilt, azimuth, normal)
+    own = np.arange(count, dtype=np.int32)
+    return Scene(vertices, triangles.astype(np.int32), own, nothing, nothing.copy(), surfaces, NOWHERE)

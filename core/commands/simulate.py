@@ -78,8 +78,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         scene = place_city(city, request)
         log.clock.lap("read city")
         find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long
-        for line in describe_scene(scene):
-            log.write(f"  {line}")
+        log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = read_year(scene.site, request)
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
@@ -90,8 +89,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
             prepared = plan_tiles(scene, weather, request, cluster, log.write)
         else:
             prepared = prepare_study(scene, weather, request)
-        for line in describe_plan(prepared.plan):
-            log.write(f"  {line}")
+        log.write("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
         log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
         tiles = None
         if cluster:
@@ -194,10 +192,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         stored = read_transfer(transfer_path)
         transfer = classify_again(stored, request.sectors)
         if transfer is not stored:
-            log.write(
-                f"Surfaces are classified again for --sectors {request.sectors}. Those that did not count when they"
-            )
-            log.write("  were traced may have a quarter of the rays, and larger errors")
+            log.write(f"Surfaces are classified again for --sectors {request.sectors}. Those that did not count when")
+            log.write("  they were traced may have a quarter of the rays, and larger errors")
         for note in transfer.notes:
             log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:

@@ -1,6 +1,5 @@
 """`citypv variant`: an edited city from what is known of the city before, in seconds."""
 
-import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -64,18 +63,15 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         log.clock.lap("read base")
         city, request = edit_city(kept.city, read_change(wish, kept), kept.scene.site.convergence), kept.request
         if wish.albedo_of:
-            request = replace(
-                request, albedo_file=write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
-            )
+            path = write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
+            request = replace(request, albedo_file=path)
         scene = stand_edited(city, base, request, log.progress)
         edited = edit_light(base, scene, log.progress, request=request)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
-        record = replace(
-            edited.transfer.record, request=named.as_dict(), sun_sampling=base.transfer.record.sun_sampling
-        )
-        transfer = replace(edited.transfer, record=record)
+        changes = {"request": named.as_dict(), "sun_sampling": base.transfer.record.sun_sampling}
+        transfer = replace(edited.transfer, record=replace(edited.transfer.record, **changes))
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(work, Results(city, scene, transfer, None, weather), named, output, log)
@@ -119,19 +115,8 @@ def write_albedos(place, source, city, albedo_of):
     unknown = [name for name in albedo_of if name not in set(city.building_id)]
     if unknown:
         raise InputError(unknown[0], "no building of the city has this id", "take ids from the column building_id")
-    own = {
-        name: albedo_of[building]
-        for name, building in zip(city.surface_id, city.building_id, strict=True)
-        if building in albedo_of
-    }
-    rows = {}
-    if source is not None:
-        with Path(source).open(encoding="utf-8-sig", newline="") as file:
-            rows = {row["surface"]: row for row in csv.DictReader(file)}
-    rows |= {name: {"surface": name, "albedo": f"{albedo:g}"} for name, albedo in own.items()}
+    own = pd.DataFrame({"surface": city.surface_id, "albedo": pd.Series(city.building_id).map(albedo_of)}).dropna()
+    tables = [own] if source is None else [pd.read_csv(source, dtype=str, encoding="utf-8-sig"), own]
     path = place / "albedo.csv"
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, ["surface", "albedo", "material"], restval="")
-        table.writeheader()
-        table.writerows(rows.values())
+    pd.concat(tables).drop_duplicates("surface", keep="last").to_csv(path, index=False, encoding="utf-8")
     return str(path)

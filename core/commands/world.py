@@ -83,21 +83,17 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
         log.write(f"Modules: DC without losses, {request.mounting}")
-        for line in describe_world(environments, source, sky):
-            log.write(line)
+        log.write("\n".join(describe_world(environments, source, sky)))
         log.clock.lap("open weather")
         if cluster:
-            beside = kept_beside(folder)
-            world = compute_in_tasks(
-                environments, source, WorldInputs(request, settings, sky), cluster, folder=beside, log=log
-            )
+            inputs, told = WorldInputs(request, settings, sky), {"folder": kept_beside(folder), "log": log}
+            world = compute_in_tasks(environments, source, inputs, cluster, **told)
         else:
-            world = compute_world(
-                environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress
-            )
+            told = {"sky": sky, "threads": request.threads, "progress": log.progress}
+            world = compute_world(environments, source, system, settings.way, **told)
         if not world.weather.any():
             raise InputError("--weather", "has no values at any of the places", "give other places or weather")
-        world = world if weights is None else add_mix(world, weights)
+        world = add_mix(world, weights) if weights else world
         log.clock.lap("world")
         write_world(work / "world.nc", world)
         if settings.pictures and importlib.util.find_spec("matplotlib") is None:

@@ -17,7 +17,7 @@ from ..settings.progress import describe_duration, silent
 from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Effect, Inputs
 from .rays import decide_receivers, decide_reflections, decide_reflectors, decide_shadow, decide_sky
-from .table import PLANNING, TABLE, check_effects, check_needs
+from .table import PLANNING, TABLE, check_effects
 
 OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
     "aoi": ("as at normal incidence", "", "light that falls in at an angle is lost to reflection"),
@@ -113,7 +113,6 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
         cannot be used.
     """
     check_effects(request)
-    check_needs(request)
     inputs = Inputs(scene, patches, materials, request, weather, suns)
     for done, key in enumerate(TABLE):
         progress(PLANNING, done, len(TABLE), "effects")

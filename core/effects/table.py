@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 from ..settings.errors import InputError
 
-BOTH = ("gather", "forward")
 PLANNING = "planning effects"  # name of the stage
 
 
@@ -13,7 +12,7 @@ class Row(NamedTuple):
 
     title: str  # in Blender's panel
     words: str  # what it is, for tooltips
-    estimators: tuple = BOTH  # for which it may be switched on
+    forward: bool = True  # whether it may be switched on for photons
 
 
 TABLE = {
@@ -21,9 +20,9 @@ TABLE = {
     "sky-rays": Row("Sky rays", "What stands between the surfaces and the sky"),
     "shadow-rays": Row("Shadow rays", "What stands between the surfaces and the suns"),
     "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
-    "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", ("gather",)),
+    "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", forward=False),
     "reflections": Row("Reflections", "How often light is followed from surface to surface"),
-    "reflectors": Row("Reflectors", "Ground that no surface sees is left out of reflections", ("gather",)),
+    "reflectors": Row("Reflectors", "Ground that no surface sees is left out of reflections", forward=False),
     "far-ground": Row("Far ground", "Light from the open ground beyond the city, up to the horizon"),
     "perez": Row("Perez sky", "A sky that is brighter around the sun and at the horizon, instead of an even one"),
     "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
@@ -35,7 +34,7 @@ RAYS = ("sky-rays", "shadow-rays")  # photons need none of them, so that forward
 
 
 def check_effects(request):
-    """Refuse effects that do not exist, or that the estimator cannot have.
+    """Refuse effects that do not exist, that the estimator cannot have or leave out, or that lack what they need.
 
     Raises
     ------
@@ -45,21 +44,9 @@ def check_effects(request):
     for key, on in request.effects.items():
         if key not in TABLE:
             raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(TABLE)}")
-        if on and request.estimator not in TABLE[key].estimators:
-            name = TABLE[key].estimators[0]
-            raise InputError("--effects", f"{key} is for {name} only", f"leave it out or use --estimator {name}")
-
-
-def check_needs(request):
-    """Refuse effects that lack what they need for tracing.
-
-    Raises
-    ------
-    InputError
-        Rays are switched off for photons, or there is no horizon to be switched on.
-    """
-    for key in RAYS:
-        if request.estimator == "forward" and request.effects.get(key) is False:
-            raise InputError("--effects", f"{key}=off is for gather only", "leave it out or use --estimator gather")
+        possible = TABLE[key].forward if on else key not in RAYS
+        if request.estimator == "forward" and not possible:
+            words = key if on else f"{key}=off"
+            raise InputError("--effects", f"{words} is for gather only", "leave it out or use --estimator gather")
     if request.effects.get("terrain-horizon") and request.horizon is None:
         raise InputError("--effects", "terrain-horizon needs a horizon", "give --horizon FILE")

@@ -65,11 +65,7 @@ class Request(SystemSettings):
     ground: str = of_city(
         "auto",
         "auto: terrain of the city's files, else as feet; feet: generated through the bases of the buildings; none",
-        choices={
-            "auto": "Terrain of the city's files if they have any, else a surface through the bases of the buildings",
-            "feet": "A surface through the bases of the buildings",
-            "none": "Exactly the surfaces that were read",
-        },
+        choices=("auto", "feet", "none"),
     )
     racks: str = of_city(
         "none",
@@ -87,14 +83,7 @@ class Request(SystemSettings):
         None, "where the weather was measured; default: as its files say", kind="place", unit="°"
     )
     weather_without: str = of_weather(
-        "none",
-        "column of irradiance to ignore; it then follows from the other two",
-        choices={
-            "none": "All columns are used",
-            "ghi": "Global from diffuse and direct",
-            "dhi": "Diffuse from global and direct",
-            "dni": "Direct from global and diffuse",
-        },
+        "none", "column of irradiance to ignore; it then follows from the others", choices=("none", "ghi", "dhi", "dni")
     )
     allow_distance: float = of_weather(
         150.0, "largest distance of the weather", title="Within [km]", panel="weather", unit="km", least=0
@@ -106,12 +95,7 @@ class Request(SystemSettings):
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
     )
     horizon_cut: str = of_weather(
-        "measured",
-        "irradiance with the sun below 2°: kept as measured, or neglected",
-        choices={
-            "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",
-            "neglect": "Left out, as in the paper",
-        },
+        "measured", "irradiance with the sun below 2°: kept as measured, or left out", choices=("measured", "neglect")
     )
     year: int = of_weather(2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
     weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", least=0)
@@ -175,9 +159,7 @@ class Request(SystemSettings):
         None, "share of light that passes a crown in leaf; default: by leaf area density", metavar="T", least=0, most=1
     )
     report: str = of_light(
-        "eligible",
-        "surfaces that are sampled in full; the others send a quarter of the rays",
-        choices={"eligible": "Eligible surfaces and flat roofs", "all": "All surfaces, sampled alike"},
+        "eligible", "surfaces sampled in full; the others send a quarter of the rays", choices=("eligible", "all")
     )
     effects: dict = setting({}, "overrule the plan of effects", group="effects", kind="pairs", metavar="KEY=on|off")
     seed: int = of_light(0, "seed of the rays: the same gives the same results", panel="sampling", least=0)

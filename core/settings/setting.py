@@ -18,7 +18,7 @@ class Setting:
     unit: str = ""
     option: str | None = None  # on the command line; None: the field's name; "": no option
     metavar: str | None = None  # in --help; None: by unit
-    choices: dict | None = None  # value -> help text
+    choices: dict | tuple = ()  # values; value -> help text of those that Blender shows
     least: float | None = None  # smallest value
     most: float | None = None  # largest value
     above: float | None = None  # exclusive lower bound

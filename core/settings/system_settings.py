@@ -6,17 +6,11 @@ from .setting import of_electricity, setting
 
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
 BUILDINGS = "buildings"  # in place of a surface's id
-METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/reference/method_paper.md)"}
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
     "insulated-back": "On the wall or roof without a gap, glass/polymer",
     "close-mount": "Near the wall or roof, a little air behind, glass/glass",
     "auto": "Near walls and pitched roofs; on open racks on level roofs",  # last: files of Blender count choices
-}
-INCIDENCE_LAWS = {
-    "module": "Sandia's polynomial of the module; Fresnel's equations for modules of the CEC",
-    "physical": "Fresnel's equations for a pane",
-    "ashrae": "ASHRAE's law",
 }
 HIDDEN_WALLS = {
     "leave-out": "Area covered by neighbours carries no modules",
@@ -26,10 +20,6 @@ SECTORS = {
     "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
     "paper": "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)",
 }
-OVERHANGS = {
-    "leave-out": "Facades lean by 1° at most",
-    "count": "Walls that lean outward are facades (as in the paper)",
-}
 
 
 @dataclass
@@ -37,7 +27,7 @@ class SystemSettings:
     """Settings about electricity."""
 
     method: str | None = of_electricity(
-        None, "settings as in the paper (docs/reference/method_paper.md); others take precedence", choices=METHODS
+        None, "settings as in the paper (docs/reference/method_paper.md); others take precedence", choices=("paper",)
     )
     module: str = of_electricity(
         "SunPower_SPR_300_WHT__2007__E__",
@@ -48,7 +38,11 @@ class SystemSettings:
     mounting: str = of_electricity(
         "auto", "mounting of the modules, which determines the cell temperature", panel="energy", choices=MOUNTINGS
     )
-    iam: str = of_electricity("module", "incidence angle modifier of direct light", choices=INCIDENCE_LAWS)
+    iam: str = of_electricity(
+        "module",
+        "incidence angle modifier of direct light: the module's own law, Fresnel's of a pane, or ASHRAE's",
+        choices=("module", "physical", "ashrae"),
+    )
     diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too")
     losses: float = of_electricity(
         11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
@@ -73,7 +67,9 @@ class SystemSettings:
     sectors: str = setting(
         "8", "azimuths of roofs and facades that count", group="surfaces", panel="classify", choices=SECTORS
     )
-    overhangs: str = of_electricity("leave-out", "whether walls that lean outward are facades", choices=OVERHANGS)
+    overhangs: str = of_electricity(
+        "leave-out", "whether walls that lean outward by more than 1° are facades", choices=("leave-out", "count")
+    )
     usable: dict = of_electricity(
         {}, "share of the area that windows and edges leave for modules, by kind", kind="shares", metavar="KIND=SHARE"
     )
