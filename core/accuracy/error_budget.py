@@ -9,7 +9,7 @@ from ..settings.progress import describe_duration
 from ..sun.solar_position import sun_direction
 from .refine import rounds_needed
 from .sun_sampling import name_groups
-from .yield_errors import SAMPLED, SOURCES, seconds_of_rounds, split_errors
+from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
 
 WHAT = {  # source -> what its number is
     "sampling": "standard error: rays and shadow points, with the light that other surfaces pass on",
@@ -80,15 +80,6 @@ def budget_surfaces(errors):
 
     found = {source: of([other for other in SOURCES if other != source]) for source in SOURCES}
     return {**found, "all": of(())}
-
-
-CURES = {  # of SOURCES -> the option that lowers it
-    "shadows": "more --shadow-samples",
-    "rays": "more --samples",
-    "passed_on": "more --samples",
-    "discretisation": "a smaller --patch-size",
-    "suns": "--suns with more days",
-}
 
 
 def suggest_more(transfer, weather, energy):

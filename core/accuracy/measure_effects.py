@@ -67,12 +67,11 @@ def measure_effects(inputs, progress=silent):
     more = np.array([1.0, len(inputs.prepared.suns) / len(suns)]) / part_of_all / usable_threads(request.threads)
     for key, pairs in found.items():
         effect = plan[key]
-        runs = zip(*(pair if effect.on else pair[::-1] for pair in pairs), strict=True)  # with, and without
-        light, spent = zip(
-            *(([run.hours[counted] for run in one], [run.seconds for run in one]) for one in runs), strict=True
-        )
-        effect.share, effect.share_standard_error = compare_light(*map(np.array, light), 1 - part_of_all)
-        effect.seconds = float(np.median((np.array(spent[0]) - spent[1]) @ more))  # the first run loads compiled code
+        runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
+        light = np.array([[run.hours[counted] for run in pair] for pair in runs])  # (PAIRS, 2, k) [h m²]
+        spent = np.array([[run.seconds for run in pair] for pair in runs])  # (PAIRS, 2, 2) [s]
+        effect.share, effect.share_standard_error = compare_light(light[:, 0], light[:, 1], 1 - part_of_all)
+        effect.seconds = float(np.median((spent[:, 0] - spent[:, 1]) @ more))  # the first run loads compiled code
     return planned.transfer
 
 

@@ -21,7 +21,7 @@ from scipy.optimize import bisect
 
 from ..light.rounds import Round
 from ..settings.progress import CancelledError, describe_duration
-from .yield_errors import SAMPLED, SOURCES, quantile_by_area
+from .yield_errors import CURES, SAMPLED, SOURCES, quantile_by_area
 
 LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds
 SAFETY = 0.7  # of the target
@@ -222,6 +222,5 @@ def unreachable(errors, target):
         return ""
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
     source = fixed.largest()
-    cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
     words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
-    return f"{target:g} % cannot be reached: {words}; give {cure}, or a target above {left:.2f}"
+    return f"{target:g} % cannot be reached: {words}; give {CURES[source]}, or a target above {left:.2f}"

@@ -17,6 +17,13 @@ SOURCES = {  # name -> words
     "discretisation": "the patch size",
     "suns": "the choice of suns",
 }
+CURES = {  # name -> the option that lowers it
+    "shadows": "more --shadow-samples",
+    "rays": "more --samples",
+    "passed_on": "more --samples",
+    "discretisation": "a smaller --patch-size",
+    "suns": "--suns with more days",
+}
 LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
 SHARE = 0.95  # of the eligible area
 ONCE = ("plan and tree",)  # stages that rounds do not repeat

@@ -3,6 +3,7 @@
 from dataclasses import asdict, replace
 
 import numpy as np
+import pandas as pd
 
 from ..city.crowns import volume_of_crowns
 from ..patches.materials import describe_finish, named_material
@@ -85,13 +86,8 @@ def describe_trees(crowns):
 def group_areas(names, area, chosen=None):
     """Count and area by name: {name: {"count": int, "area": m²}}."""
     chosen = np.ones(len(area), bool) if chosen is None else chosen
-    return {
-        str(name): {
-            "count": int((chosen & (names == name)).sum()),
-            "area": round(float(area[chosen & (names == name)].sum()), 3),
-        }
-        for name in sorted(set(names[chosen].tolist()))
-    }
+    table = pd.Series(area[chosen]).groupby(names[chosen].astype(str)).agg(["size", "sum"])
+    return {name: {"count": int(count), "area": round(float(total), 3)} for name, count, total in table.itertuples()}
 
 
 def describe_city(found):

@@ -2,13 +2,13 @@
 
 import time
 
+from ..accuracy.price_list import WRITING
 from ..accuracy.refine import Goal, choose_counted, largest_round, refine, unreachable
 from ..accuracy.trace_run import trace_round
 from ..accuracy.yield_errors import split_errors
 from ..settings.progress import TerminalProgress
 from ..study import compute_energy
 
-WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
 ADAPTIVE = 8  # times more samples in the same time where only some surfaces get them: at most
 MOMENT = 1.0  # [s] for the rest of writing
 

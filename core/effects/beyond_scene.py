@@ -17,7 +17,7 @@ from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .effect import NO_SUNS, Effect, TracePlan
+from .effect import NO_SUNS, Effect, TracePlan, counted_surfaces
 
 TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
@@ -116,11 +116,9 @@ def year_of(inputs):
 
 
 def largest_share(inputs, change, behind=None):
-    """Largest change of the light of any kind and orientation of receivers, and of level ground, which reflects.
+    """Largest change of the light on a plane that a receiver lies in, or on level ground, which reflects.
 
-    None without weather.
-
-    Both as shares of what they receive unobstructed: shade makes the change smaller, and the light as well.
+    Shares of what the plane receives unobstructed: shade makes the change smaller, and the light as well.
 
     Parameters
     ----------
@@ -132,31 +130,23 @@ def largest_share(inputs, change, behind=None):
 
     Returns
     -------
-    float
+    float or None
+        None without weather.
     """
     if inputs.weather is None:
         return None
-    year, albedo = year_of(inputs), inputs.request.ground_albedo
-    surfaces = inputs.scene.surfaces
-    wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
-    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    largest = float(np.max(change(year, UP, albedo)) / max(first_light(year, UP)[0], 1e-9))
-    for name in np.unique(names[wanted]):
-        normal, area = planes_of(surfaces, np.flatnonzero(wanted & (names == name)))
-        light = first_light(year, normal)
-        if behind is not None:
-            light = light - light_behind(year, normal, behind, albedo)[0]
-        largest = max(largest, float(max(change(year, normal, albedo) @ area) / max(area @ light, 1e-9)))
-    return largest
+    year, albedo, surfaces = year_of(inputs), inputs.request.ground_albedo, inputs.scene.surfaces
+    normal = np.concatenate([UP, planes_of(surfaces, counted_surfaces(surfaces))])
+    light = first_light(year, normal)
+    if behind is not None:
+        light = light - light_behind(year, normal, behind, albedo)[0]
+    return float(np.max(change(year, normal, albedo) / np.maximum(light, 1e-9)))
 
 
 def planes_of(surfaces, members):
-    """Normals of some surfaces, alike ones together, and their areas: (k, 3) and (k,) float64."""
-    tilt = STEP * np.round(np.asarray(surfaces.surface_tilt, float)[members] / STEP)
-    azimuth = STEP * np.round(np.asarray(surfaces.surface_azimuth, float)[members] / STEP)
-    planes, which = np.unique(np.stack([tilt, azimuth]), axis=1, return_inverse=True)
-    area = np.bincount(which.ravel(), np.maximum(np.asarray(surfaces.area, float)[members], 1e-9))
-    return sun_direction(planes[0], planes[1]), area  # a normal stands above its plane as a sun does
+    """Normals of some surfaces, alike ones once: (k, 3) float64."""
+    angles = np.stack([surfaces.surface_tilt, surfaces.surface_azimuth]).astype(float)[:, members]
+    return sun_direction(*np.unique(STEP * np.round(angles / STEP), axis=1))  # it stands above its plane as a sun does
 
 
 FAR_GROUND = "far-ground"
@@ -180,7 +170,7 @@ def decide_far_ground(inputs):
     if bound is not None:
         # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
         surfaces = inputs.scene.surfaces
-        normal = np.asarray(surfaces.normal, float)[surfaces.eligible if surfaces.eligible.any() else slice(None)]
+        normal = np.asarray(surfaces.normal, float)[counted_surfaces(surfaces)]
         reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
         light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
         bound = max(bound, float((reflected / light).max())) * max(shade_at_edge(plan.reach, inputs.suns))
@@ -253,8 +243,7 @@ def decide_perez(inputs):
     area = float(np.asarray(surfaces.area)[counted].sum())
     change, words = np.zeros(0), ""
     if inputs.weather is not None and counted.any():
-        normal, _ = planes_of(surfaces, np.flatnonzero(counted))
-        change = change_unshaded(inputs.weather, normal, inputs.request.ground_albedo)
+        change = change_unshaded(inputs.weather, planes_of(surfaces, counted), inputs.request.ground_albedo)
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None

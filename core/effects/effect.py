@@ -112,10 +112,14 @@ class Inputs:
     @cached_property
     def unshaded(self) -> bool:
         """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
-        surfaces = self.scene.surfaces
-        wanted = np.append(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), False)
+        wanted = np.append(counted_surfaces(self.scene.surfaces), False)
         receivers = wanted[self.scene.triangle_surface] & self.patches.receives
         return bool(self.plan.unobstructed[receivers].all())
+
+
+def counted_surfaces(surfaces):
+    """Surfaces whose light counts: the eligible ones, or all where none is: (n,) bool."""
+    return np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), bool)
 
 
 @dataclass

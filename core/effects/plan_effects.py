@@ -21,11 +21,7 @@ from .table import PLANNING, TABLE, check_effects
 
 OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
     "aoi": ("as at normal incidence", "", "light that falls in at an angle is lost to reflection"),
-    "spectrum": (
-        "as under the standard spectrum",
-        "Sandia's f₁ by air mass",
-        "the current depends on the colour of the light",
-    ),
+    "spectrum": ("as under the standard spectrum", "Sandia's f₁ by air mass", "current depends on the colour of light"),
     "temperature": ("cells always at 25 °C", "cells warmed by air and light", "power falls as cells get warm"),
 }
 LAWS = {"module": "by the module's own law", "physical": "by Fresnel's equations", "ashrae": "by ASHRAE's law"}

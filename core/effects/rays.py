@@ -54,13 +54,9 @@ def decide_rays(inputs, key, to, off):
         crowns = vertices[:0] if foliage is None else foliage.crowns.vertices
         found = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
     some = int(count - found.sum())
-    if not some:
-        extent, reason = f"none of {count:,} patches", "nothing stands in front of any patch"
-    elif some == count:
-        extent, reason = f"all {count:,} patches", "something stands in front of all of them"
-    else:
-        extent, reason = f"{some:,} of {count:,} patches", "nothing stands in front of the others"
-    return found, Effect(key, some > 0, f"rays from {extent}{to}", reason, 0.0)
+    front = "nothing stands in front of the others" if some < count else "something stands in front of each of them"
+    reason = front if some else "nothing stands in front of any patch"
+    return found, Effect(key, some > 0, f"rays from {some:,} of {count:,} patches{to}", reason, 0.0)
 
 
 RECEIVERS, REFLECTORS, REFLECTIONS = "receivers", "reflectors", "reflections"

@@ -59,18 +59,12 @@ def find_counted_area(transfer, system):
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     taken = np.minimum(covered + share_without_room(transfer, system), 1.0)
     open_area = area * (1.0 - taken)
-    closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
-    carries_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
-    eligible &= ~carries_racks
-    flat_roof = (kind == "flat") & ~closure & ~carries_racks
+    leaves = system.hidden_walls == "leave-out"
+    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & (~leaves | (taken <= MOST_COVERED))
+    flat_roof = free & (kind == "flat") & (np.asarray(surfaces.thematic, str) != "ClosureSurface")
     flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
-    if system.hidden_walls == "leave-out":
-        eligible &= taken <= MOST_COVERED
-        flat_roof &= taken <= MOST_COVERED
-        counted_area = open_area
-    else:
-        counted_area = area
-    counted_area = np.where(eligible | flat_roof, counted_area, 0.0)
+    eligible &= free
+    counted_area = np.where(eligible | flat_roof, open_area if leaves else area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
 
@@ -80,10 +74,8 @@ def share_without_room(transfer, system):
     if transfer.no_room is None:
         return np.zeros(len(transfer.surfaces))
     if system.clearance not in transfer.clearances:
-        known = " or ".join(f"{length:g}" for length in transfer.clearances)
-        raise InputError(
-            "--clearance", f"{system.clearance:g} m was not traced", f"give {known}, or trace the city again"
-        )
+        cure = f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the city again"
+        raise InputError("--clearance", f"{system.clearance:g} m was not traced", cure)
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 
@@ -160,17 +152,16 @@ def classify_again(transfer, sectors):
         The same object where it was traced for these sectors.
     """
     asked = transfer.record.request if transfer.record else {}
-    before = asked.get("sectors", PAPER)
+    before, old = asked.get("sectors", PAPER), transfer.surfaces
     if before == sectors:
         return transfer
-    old, rack = transfer.surfaces, np.asarray(transfer.surfaces.kind) == RACK
-    area = np.asarray(old.area, float)
+    kind, area = np.asarray(old.kind), np.asarray(old.area, float)
+    rack, ground = kind == RACK, kind == "ground"
     if asked.get("grid_size"):  # a cell is eligible if the polygon it was cut from is
         whole = number_names([whole_of_cell(name) for name in old.surface_id])
         area = np.bincount(whole, area)[whole]
     shapes = area, old.surface_tilt, old.surface_azimuth, old.thematic
     _, orientation, eligible = classify(*shapes, sectors)
-    ground = np.asarray(old.kind) == "ground"
     orientation, eligible = np.where(ground, "none", orientation), eligible & ~ground
     known = classify(*shapes, before)[2]
     eligible = np.where(known, eligible & old.eligible, eligible & ~find_drawn_twice(transfer))
