@@ -17,6 +17,7 @@ from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..weather.weather import Weather
 
+NO_ERROR = dict.fromkeys(("bias", "bias_standard_error", "rms", "rms_standard_error"), 0.0)
 FEWER = LOOKED_AT // 5  # patches where several choices are compared before a run
 
 
@@ -51,7 +52,7 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     scene, prepared, weather, request = inputs
     others = [suns for suns in ways if suns.sampling != "hourly"]
     if not others or not transfer.surfaces.eligible.any():
-        return [no_error(0) for _ in ways]
+        return [NO_ERROR | {"patches": 0} for _ in ways]
     every = [*others, choose_suns("hourly", *weather.axis, position=weather.data)]
     *clustered, exact = trace_sun_samples(scene, transfer, every, request, progress, prepared=prepared, count=patches)
     system, sky = build_system(request), choose_sky(request, transfer)
@@ -84,16 +85,11 @@ def name_groups(surfaces):
     return np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
 
 
-def no_error(count):
-    """What `compare_hours` finds where nothing differs."""
-    return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "rms_standard_error": 0.0, "patches": count}
-
-
 def compare_hours(found, true, weight):
     """Bias and rms of full load hours in percent of their mean, with standard errors, and how many patches: dict."""
     mean, count = np.average(true, weights=weight), len(true)
     if not mean > 0:
-        return no_error(count)
+        return NO_ERROR | {"patches": count}
     error = 100 * (found - true) / mean
     rms = np.sqrt(np.average(error**2, weights=weight))
     return {

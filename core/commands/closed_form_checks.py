@@ -34,12 +34,7 @@ SQUARE, LONG = rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]), rectangle([0, 0, 0], 
 VIEW_FACTORS = (
     ("parallel unit squares at distance 1", 0.19982489569838738, SQUARE, ([0, 0, 1], [0, 1, 0], [1, 0, 0])),
     ("parallel rectangles of 1 by 2 at distance 0.5", 0.5089886690414376, LONG, ([0, 0, 0.5], [0, 2, 0], [1, 0, 0])),
-    (
-        "unit squares with a common edge at a right angle",
-        0.20004377607540316,
-        SQUARE,
-        ([0, 0, 0], [0, 1, 0], [0, 0, 1]),
-    ),
+    ("unit squares at a right angle", 0.20004377607540316, SQUARE, ([0, 0, 0], [0, 1, 0], [0, 0, 1])),
 )
 
 

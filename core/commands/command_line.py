@@ -228,17 +228,14 @@ def run_compare(options):
     from .compare import compare, describe_comparison
 
     found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
-    if not options.quiet:
-        print("\n".join([*describe_comparison(found), f"Written to {options.out}"]), file=sys.stderr)
+    make_log(options).write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
 
 
 def run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    paths = plot_results(options.folder)
-    if not options.quiet:
-        print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
+    make_log(options).write(f"Written to {', '.join(map(str, plot_results(options.folder)))}")
 
 
 def run_site(options):
@@ -246,13 +243,11 @@ def run_site(options):
     from ..results.write_site import NO_LICENCE, write_site
 
     named = {name: getattr(options, name) for name in ("attribution", "private", "overwrite")}
-    found = write_site(options.folder, options.out, **named)
-    if options.quiet:
-        return
-    print("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found), file=sys.stderr)
+    found, log = write_site(options.folder, options.out, **named), make_log(options)
+    log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found))
     if not options.attribution:
-        print(f"{NO_LICENCE} Give --attribution.", file=sys.stderr)
-    print(f"Written to {options.out} ({found['bytes'] / 1e6:,.1f} MB)", file=sys.stderr)
+        log.write(f"{NO_LICENCE} Give --attribution.")
+    log.write(f"Written to {options.out} ({found['bytes'] / 1e6:,.1f} MB)")
 
 
 def run_inspect(options):

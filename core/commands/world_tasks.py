@@ -24,7 +24,7 @@ from ..settings.version import __version__
 from ..world.compute_world import compute_world, empty_world, find_groups
 from .find_source import find_source
 
-PLACES = 256  # of a band, at least
+PLACES = 256  # of a band, about
 STAGE = "world"
 OF_GROUPS = ("full_load_hours", "standard_error", "gain_error", "without_reflections")  # fields of World
 
@@ -70,15 +70,9 @@ def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
 
 
 def cut_bands(chunks):
-    """Runs of chunks of PLACES places or more: list of list of int."""
-    bands, count = [[]], 0
-    for number, chunk in enumerate(chunks):
-        if count >= PLACES:
-            bands.append([])
-            count = 0
-        bands[-1].append(number)
-        count += len(chunk)
-    return bands
+    """Runs of chunks of about PLACES places, by how many lie before each: list of list of int."""
+    band = np.cumsum([0, *map(len, chunks)])[:-1] // PLACES
+    return [np.flatnonzero(band == one).tolist() for one in np.unique(band)]
 
 
 def list_tasks(environments, bands, inputs, folder, *, results, threads):

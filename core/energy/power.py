@@ -19,11 +19,12 @@ import numpy as np
 import pvlib
 from scipy.interpolate import PchipInterpolator
 
-from .pv_system import SANDIA, PvSystem, convert_power, thermal_parameters
+from .pv_system import PVWATTS, SANDIA, PvSystem, thermal_parameters
 
 HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
 INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
+EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
 TILT_STEP = 3.0  # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
 
 HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
@@ -201,11 +202,21 @@ class PvlibCurves:
         return power
 
     def ac(self, power):
-        """AC power after losses and the inverter, both over nominal DC power; DC power itself without either."""
-        if not self.system.feeds_grid:
+        """AC power after losses and the inverter, both over nominal DC power; DC power itself without either.
+
+        An inverter has as many modules as its size requires, and its nominal input voltage: strings are assumed to fit.
+        Consumption at night is neglected.
+        """
+        system, inverter = self.system, self.system.inverter
+        if not system.feeds_grid:
             return power
-        power, inverter = np.maximum(power, 0.0) * (1.0 - self.system.losses / 100.0), self.system.inverter
-        return power if inverter is None else convert_power(power, inverter)
+        power = np.maximum(power, 0.0) * (1.0 - system.losses / 100.0)
+        if inverter is None:
+            return power
+        if inverter.name == PVWATTS:
+            return pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
+        own, size = inverter.parameters, inverter.parameters["Paco"] * inverter.dc_ac_ratio  # [W] of modules
+        return np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
 
 
 @dataclass

@@ -15,7 +15,7 @@ import pvlib
 from ..city.classify import BEARING
 from ..city.racks import RACK
 from ..settings.errors import InputError
-from ..settings.system_settings import CLEARANCES
+from ..settings.system_settings import CLEARANCES, PAPER_MODULE
 
 SANDIA, CEC = "SandiaMod", "CECMod"
 NEEDED = {
@@ -28,7 +28,6 @@ NEEDED = {
 }
 POSITIVE = {SANDIA: ("Area", "Impo", "Vmpo"), CEC: ("A_c", "I_mp_ref", "V_mp_ref")}  # area, current, voltage
 PVWATTS = "pvwatts"
-EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
 OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
 CANDIDATES = 400  # names that are compared letter by letter
@@ -44,7 +43,6 @@ OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
 SAME = ("mounting", "losses", "hidden_walls", "clearance", "sectors")  # of a Request and of a PvSystem
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
-MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
 
 
 @dataclass(frozen=True)
@@ -138,7 +136,7 @@ def build_system(request):
 
 def dc_system():
     """The paper's module on open racks, on open area: DC without losses."""
-    return PvSystem(pick_module(MODULE))
+    return PvSystem(pick_module(PAPER_MODULE))
 
 
 def thermal_parameters(mounting):
@@ -201,29 +199,6 @@ def pick_inverter(name, dc_ac_ratio=1.0):
         return Inverter(PVWATTS, {}, dc_ac_ratio)
     library, key = search_library(name, ("CECInverter", "SandiaInverter"), option="--inverter")
     return Inverter(key, read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio)
-
-
-def convert_power(power, inverter):
-    """AC power of an inverter with as many modules as its size requires.
-
-    The input voltage is the inverter's nominal one: strings are assumed to fit. Consumption at night is neglected.
-
-    Parameters
-    ----------
-    power : numpy.ndarray
-        DC power over the modules' nominal power.
-    inverter : Inverter
-
-    Returns
-    -------
-    numpy.ndarray
-        AC power over the modules' nominal DC power, not negative.
-    """
-    power, own = np.asarray(power, float), inverter.parameters
-    if inverter.name == PVWATTS:
-        return pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
-    size = own["Paco"] * inverter.dc_ac_ratio  # [W] of modules
-    return np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
 
 
 @lru_cache

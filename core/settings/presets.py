@@ -1,5 +1,7 @@
 """Names for sets of settings: the estimators, presets (points on the curve of error against time), whole methods."""
 
+from .system_settings import PAPER_MODULE
+
 ESTIMATORS = {
     "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
     "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
@@ -26,7 +28,7 @@ METHODS = {
         "albedo": 0.25,
         "ground_albedo": 0.25,
         "report": "all",
-        "module": "SunPower_SPR_300_WHT__2007__E__",
+        "module": PAPER_MODULE,
         "mounting": "open-rack",
         "iam": "module",
         "diffuse_iam": False,

@@ -46,16 +46,13 @@ class Request(SystemSettings):
         "flip polygons that face into their building, or keep all as drawn",
         title="Orientation",
         panel="import",
-        choices={
-            "auto": "Flip polygons that face into their building, where rays from both sides agree",
-            "as-drawn": "Keep every polygon as drawn",
-        },
+        choices={"auto": "Flip polygons that face into their building", "as-drawn": "Keep every polygon as drawn"},
     )
     latitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-90, most=90)
     longitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-180, most=180)
     site_of: str | None = of_city(
         None,
-        "result folder of another state of this city, whose place and grid are kept: then only what differs changes",
+        "results of another state of this city, whose place and grid are kept: only what differs changes",
         metavar="DIR",
     )
     grid_size: float | None = of_city(
@@ -104,22 +101,14 @@ class Request(SystemSettings):
         "standard", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
     )
     target_error: float | None = of_light(
-        None,
-        "trace further rounds until the standard error of full load hours is below this on 95 % of the eligible area",
-        unit="%",
-        above=0,
+        None, "trace rounds until the error of full load hours on 95 % of the eligible area is below", unit="%", above=0
     )
     time_budget: float | None = of_light(
         None, "trace further rounds as long as the whole run stays within this time", unit="s", above=0
     )
     suns: str = of_light("days:24", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY")
     max_bounces: int | None = of_light(
-        None,
-        "number of reflections; auto: until little is left",
-        title="Reflections",
-        panel="trace",
-        least=0,
-        none="auto",
+        None, "reflections; auto: until little is left", title="Reflections", panel="trace", least=0, none="auto"
     )
     albedo: float = of_light(
         0.25, "share of the light that buildings reflect", panel="trace", metavar="A", least=0, most=1
@@ -133,9 +122,7 @@ class Request(SystemSettings):
     ground_material: str = of_light("", "name of the generated ground's material", option="")
     far_ground: bool = of_light(True, "open, sunlit ground beyond the city, up to the horizon", panel="trace")
     horizon: str | None = of_light(
-        None,
-        "distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or angles (azimuth,elevation; PVGIS)",
-        metavar="FILE",
+        None, "distant terrain: GeoTIFF or ASC heights up to 50 km around, or angles (csv, PVGIS)", metavar="FILE"
     )
     sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
     estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)
@@ -145,7 +132,7 @@ class Request(SystemSettings):
     shadow_samples: int = of_light(16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1)
     patch_size: float | None = of_light(
         10.0,
-        "longest edge of a patch, the unit that reflects light; smaller is more accurate and slower",
+        "longest edge of patches; smaller: more accurate, slower",
         panel="classify",
         unit="m",
         above=0,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from .setting import of_electricity, setting
 
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
+PAPER_MODULE = "SunPower_SPR_300_WHT__2007__E__"
 BUILDINGS = "buildings"  # in place of a surface's id
 MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
@@ -30,27 +31,18 @@ class SystemSettings:
         None, "settings as in the paper (docs/reference/method_paper.md); others take precedence", choices=("paper",)
     )
     module: str = of_electricity(
-        "SunPower_SPR_300_WHT__2007__E__",
-        "module: its name, or a part of it, in pvlib's Sandia or CEC library",
-        panel="energy",
-        metavar="NAME",
+        PAPER_MODULE, "module: name, or part of it, in pvlib's Sandia or CEC library", panel="energy", metavar="NAME"
     )
     mounting: str = of_electricity(
         "auto", "mounting of the modules, which determines the cell temperature", panel="energy", choices=MOUNTINGS
     )
     iam: str = of_electricity(
-        "module",
-        "incidence angle modifier of direct light: the module's own law, Fresnel's of a pane, or ASHRAE's",
-        choices=("module", "physical", "ashrae"),
+        "module", "incidence angle modifier of direct light", choices=("module", "physical", "ashrae")
     )
     diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too")
+    # As pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced.
     losses: float = of_electricity(
-        11.4,  # pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced
-        "DC energy lost to soiling, mismatch, wiring, first sunlight, tolerances and outages",
-        panel="energy",
-        unit="%",
-        least=0,
-        most=99,
+        11.4, "DC energy lost to soiling, mismatch, wiring, outages …", panel="energy", unit="%", least=0, most=99
     )
     inverter: str | None = of_electricity(
         "pvwatts", "pvwatts, an inverter of pvlib's library, or none", panel="energy", metavar="NAME", none="none"
