@@ -94,11 +94,8 @@ def place_city(city, request):
     """
     scene = stand_city(city, request)
     if scene.site.latitude is None or scene.site.longitude is None:
-        raise InputError(
-            city.report.files[0],
-            "names no coordinate reference system",
-            "give its location with --latitude D --longitude D",
-        )
+        cure = "give its location with --latitude D --longitude D"
+        raise InputError(city.report.files[0], "names no coordinate reference system", cure)
     return scene
 
 

@@ -127,23 +127,18 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     patches = stand_for_others(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
-    few = replace(
-        prepared.scene,
-        triangles=prepared.scene.triangles[taken],
-        triangle_surface=own,
-        footprint=prepared.scene.footprint[taken],
-        closure=prepared.scene.closure[taken],
-        surfaces=take_fields(scene.surfaces, surfaces),
-        **dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo")),
-    )
+    of_triangles = {name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")}
+    unknown = dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo"))
+    named = {"triangle_surface": own, "surfaces": take_fields(scene.surfaces, surfaces)}
+    few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     whole = prepared.plan.ray_scene, prepared.patches, taken
     ray_scene = RaysOfPart(rows_of_hits(prepared, rows, others, members), whole)
     plan = take_plan(plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
-    reduced = replace(
-        prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene)
+    plan = replace(plan, ray_scene=ray_scene)
+    return PartOfCity(
+        few, replace(prepared, scene=few, materials=materials, patches=patches, plan=plan), rows, surfaces
     )
-    return PartOfCity(few, reduced, rows, surfaces)
 
 
 def stand_for_others(patches, first):

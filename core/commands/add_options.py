@@ -144,11 +144,8 @@ def settings_of_options(options):
 def add_cluster(parser, *, tiles=False):
     """Add `--cluster`, and for a city `--tile`."""
     place = parser.add_argument_group("many machines")
-    place.add_argument(
-        "--cluster",
-        metavar="WORD",
-        help="work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this process",
-    )
+    words = "work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this process"
+    place.add_argument("--cluster", metavar="WORD", help=words)
     if tiles:
         place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (1000)")
 
@@ -171,12 +168,8 @@ def add_output(parser, *, exports=False):
 
 def add_world(parser):
     """Environments and places."""
-    parser.add_argument(
-        "environment",
-        nargs="+",
-        metavar="ENVIRONMENT",
-        help="transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded",
-    )
+    words = "transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded"
+    parser.add_argument("environment", nargs="+", metavar="ENVIRONMENT", help=words)
     place = parser.add_argument_group("the world")
     degrees = {"nargs": 2, "type": float}
     place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or of Greenwich, shifted (exact)")
@@ -185,9 +178,8 @@ def add_world(parser):
     place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
     place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
     place.add_argument("--years", nargs="+", type=int, default=[], action="extend", metavar="Y", help="averaged (all)")
-    place.add_argument(
-        "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
-    )
+    words = "merge surfaces of similar light, to at most N per environment"
+    place.add_argument("--surfaces", type=int, metavar="N", help=words)
     place.add_argument("--off-land", choices=("blank", "climate", "clear-sky"), default="blank", help="at sea")
     place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
 

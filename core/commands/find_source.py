@@ -43,7 +43,7 @@ def find_source(request, settings, stack):
         places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
         if not len(places):
             raise InputError(grid.source, "has no point in these latitudes and longitudes", "give a wider range")
-        return grid_source(grid, places, picked, request, tuple(sorted(set(settings.years))))
+        return grid_source(grid, places, picked, request, settings.years)
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, GRIDS_ONLY, "stations")

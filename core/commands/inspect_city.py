@@ -5,6 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pandas as pd
 
+from ..accuracy.sun_sampling import name_groups
 from ..city.crowns import volume_of_crowns
 from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
@@ -49,22 +50,12 @@ def inspect_city(paths, request, progress=silent):
         "holes": int((np.diff(city.polygon_start) - 1).sum()),
         "kinds": group_areas(surfaces.kind, surfaces.area),
         "thematic": group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
-        "eligible": group_areas(
-            np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str)),
-            surfaces.area,
-            surfaces.eligible,
-        ),
+        "eligible": group_areas(name_groups(surfaces), surfaces.area, surfaces.eligible),
         "materials": materials,
         "trees": describe_trees(scene.trees),
         "findings": [
-            {
-                "heading": finding.heading,
-                "reason": finding.reason,
-                "count": len(finding.names),
-                "area": None if finding.area is None else round(finding.area, 3),
-                "ids": finding.names,
-            }
-            for finding in list_findings(scene)
+            {"heading": one.heading, "reason": one.reason, "count": len(one.names), "area": one.area, "ids": one.names}
+            for one in list_findings(scene)
         ],
     }
 
@@ -76,9 +67,7 @@ def describe_trees(crowns):
     return {
         "count": len(crowns),
         "evergreen": int(crowns.evergreen.sum()),
-        "height": [
-            round(float(value), 2) for value in (crowns.height.min(), crowns.height.mean(), crowns.height.max())
-        ],
+        "height": [round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)],
         "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),
     }
 

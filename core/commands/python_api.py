@@ -305,11 +305,8 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
 
     own = {one.name for one in fields(WorldSettings)}
     chosen = {name: value for name, value in settings.items() if name in own} | ({} if out else {"pictures": False})
-    request = request_of_settings(
-        {name: value for name, value in settings.items() if name not in own},
-        *("weather", "electricity", "sky", "run"),
-        others=own,
-    )
+    others = {name: value for name, value in settings.items() if name not in own}
+    request = request_of_settings(others, "weather", "electricity", "sky", "run", others=own)
     texts = [environments] if isinstance(environments, str) else [str(one) for one in environments]
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place, "world") if out is None else Path(out)

@@ -39,6 +39,10 @@ class WorldSettings:
     off_land: str = "blank"  # or climate, clear-sky: at sea
     pictures: bool = True
 
+    def __post_init__(self):
+        """Take each year once."""
+        self.years = tuple(sorted(set(self.years)))
+
 
 def make_world(texts, folder, request, settings, *, overwrite=False, log=None, cluster=None):
     """Compute a world and write world.nc, summary.json and pictures.

@@ -16,7 +16,7 @@ from ..settings.errors import show_number
 from ..settings.progress import describe_duration, silent
 from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Effect, Inputs
-from .rays import decide_receivers, decide_reflections, decide_reflectors, decide_shadow, decide_sky
+from .rays import decide_rays, decide_receivers, decide_reflections, decide_reflectors
 from .table import PLANNING, TABLE, check_effects
 
 OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
@@ -70,8 +70,8 @@ def decide_of_modules(inputs, key):
 
 RULES = {
     "trees": decide_trees,
-    "sky-rays": decide_sky,
-    "shadow-rays": decide_shadow,
+    "sky-rays": partial(decide_rays, key="sky-rays"),
+    "shadow-rays": partial(decide_rays, key="shadow-rays"),
     "terrain-horizon": decide_terrain,
     "receivers": decide_receivers,
     "reflections": decide_reflections,

@@ -14,49 +14,36 @@ from .closed_form import find_unobstructed
 from .effect import Effect
 
 SKY, SHADOW = "sky-rays", "shadow-rays"
-FORWARD = "the forward estimator follows light from its source"
+WORDS = {  # where rays go, and what it means that there are none
+    SKY: ("", "no rays: no surface is seen"),
+    SHADOW: (" to the suns", "no rays: no shadow is cast"),
+}
 
 
-def decide_sky(inputs):
-    """On where something can stand in the way."""
-    inputs.plan.unobstructed, effect = decide_rays(inputs, SKY, "", "no rays: no surface is seen")
-    return effect
-
-
-def decide_shadow(inputs):
-    """On where something can stand in the way."""
-    plan, to = inputs.plan, " to all suns" if inputs.asked(SHADOW) else " to suns in front of them"
-    plan.suns_behind = bool(inputs.asked(SHADOW)) and inputs.request.estimator != "forward"
-    plan.open_to_suns, effect = decide_rays(inputs, SHADOW, to, "no rays: no shadow is cast")
-    return effect
-
-
-def decide_rays(inputs, key, to, off):
-    """Patches that need no rays of a kind, (p,) bool, and the Effect.
-
-    Parameters
-    ----------
-    inputs : Inputs
-    key : str
-    to, off : str
-        Where the rays go, and what it means that there are none, in words.
-    """
-    count, asked = len(inputs.patches), inputs.asked(key)
-    if inputs.request.estimator == "forward":
-        return np.zeros(count, bool), Effect(key, True, "photons on all patches", FORWARD, 0.0)
-    if asked:
-        return np.zeros(count, bool), Effect(key, True, f"rays from all {count:,} patches{to}", "switched on", 0.0)
-    if asked is False:
-        return np.ones(count, bool), Effect(key, False, off, "switched off", None)
-    found = inputs.plan.unobstructed
-    if key == SKY or inputs.asked(SKY) is not None:
-        vertices, foliage = inputs.scene.vertices, inputs.plan.foliage
+def decide_rays(inputs, key):
+    """Rays to the sky or to the suns: on where something can stand in the way of them."""
+    plan, count, asked = inputs.plan, len(inputs.patches), inputs.asked(key)
+    forward, (to, off) = inputs.request.estimator == "forward", WORDS[key]
+    if asked is not None or forward:
+        free = np.full(count, not (asked or forward))
+    elif key == SKY or inputs.asked(SKY) is not None:
+        vertices, foliage = inputs.scene.vertices, plan.foliage
         crowns = vertices[:0] if foliage is None else foliage.crowns.vertices
-        found = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
-    some = int(count - found.sum())
+        free = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
+    else:
+        free = plan.unobstructed
+    if key == SKY:
+        plan.unobstructed = free
+    else:
+        plan.open_to_suns, plan.suns_behind = free, bool(asked) and not forward
+    if forward:
+        return Effect(key, True, "photons on all patches", "the forward estimator follows light from its source", 0.0)
+    if asked is False:
+        return Effect(key, False, off, "switched off", None)
+    some = int(count - free.sum())
     front = "nothing stands in front of the others" if some < count else "something stands in front of each of them"
-    reason = front if some else "nothing stands in front of any patch"
-    return found, Effect(key, some > 0, f"rays from {some:,} of {count:,} patches{to}", reason, 0.0)
+    reason = "switched on" if asked else front if some else "nothing stands in front of any patch"
+    return Effect(key, some > 0 or bool(asked), f"rays from {some:,} of {count:,} patches{to}", reason, 0.0)
 
 
 RECEIVERS, REFLECTORS, REFLECTIONS = "receivers", "reflectors", "reflections"

@@ -59,12 +59,12 @@ def find_counted_area(transfer, system):
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     taken = np.minimum(covered + share_without_room(transfer, system), 1.0)
     open_area = area * (1.0 - taken)
-    leaves = system.hidden_walls == "leave-out"
-    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & (~leaves | (taken <= MOST_COVERED))
+    whole = system.hidden_walls == "count"
+    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & ((taken <= MOST_COVERED) | whole)
     flat_roof = free & (kind == "flat") & (np.asarray(surfaces.thematic, str) != "ClosureSurface")
     flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
     eligible &= free
-    counted_area = np.where(eligible | flat_roof, open_area if leaves else area, 0.0)
+    counted_area = np.where(eligible | flat_roof, area if whole else open_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
 

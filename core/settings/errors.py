@@ -98,14 +98,11 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         raise InputError(name, f"values of type {values.dtype}", f"give {noun}")
     # Compared so that NaN fails too.
     if kind != "b" and values.size and not (values.min() >= least and values.max() <= most):
-        inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
-        first = first_true(~inside)
-        cure = f"give finite {noun} from {least:g} to {most:g}"
-        words, wrong = row(first) if callable(row) else f"{row} {first}", values[first].ravel()
+        first, *column = np.argwhere(~((values >= least) & (values <= most)))[0]
+        words, whole = row(first) if callable(row) else f"{row} {first}", values[first]
         # Of a long row, the first value that is out of range.
-        column = first_true(~((wrong >= least) & (wrong <= most)))
-        told = f"is {values[first]}" if wrong.size <= 4 else f"holds {wrong[column]} in column {column}"
-        raise InputError(name, f"{words} {told}", cure)
+        told = f"is {whole}" if whole.size <= 4 else f"holds {whole[tuple(column)]} in column {column[0]}"
+        raise InputError(name, f"{words} {told}", f"give finite {noun} from {least:g} to {most:g}")
     return values
 
 

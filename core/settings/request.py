@@ -51,9 +51,7 @@ class Request(SystemSettings):
     latitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-90, most=90)
     longitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-180, most=180)
     site_of: str | None = of_city(
-        None,
-        "results of another state of this city, whose place and grid are kept: only what differs changes",
-        metavar="DIR",
+        None, "results of another state of this city, whose place and grid are kept", metavar="DIR"
     )
     grid_size: float | None = of_city(
         None, "size of the cells, id#k, into which large polygons are split", unit="m", above=0
@@ -131,12 +129,7 @@ class Request(SystemSettings):
     )
     shadow_samples: int = of_light(16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1)
     patch_size: float | None = of_light(
-        10.0,
-        "longest edge of patches; smaller: more accurate, slower",
-        panel="classify",
-        unit="m",
-        above=0,
-        none="none",
+        10.0, "longest edge of a patch; smaller is more accurate", panel="classify", unit="m", above=0, none="none"
     )
     leaf_area_density: float = of_light(1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", least=0)
     branch_area_density: float = of_light(0.2, "branch area density of bare trees", unit="m²/m³", least=0)
