@@ -125,9 +125,10 @@ def trace_part(inputs, part, setting, suns, *, progress=silent):
     spent, wall = (sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds))
     of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
     counts = count_patches(ready.patches, plan, record.hemisphere_rays, samples)
-    last_bounce = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
-    told = counts, (spent - of_suns, of_suns), wall / max(spent, 1e-3), last_bounce
-    return PilotRun(samples, shadow_samples, record.max_bounces, len(suns), *told), transfer, few
+    seconds = spent - of_suns, of_suns
+    run = PilotRun(samples, shadow_samples, record.max_bounces, len(suns), counts, seconds, wall / max(spent, 1e-3))
+    run.last_bounce = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
+    return run, transfer, few
 
 
 def traced_patches(prepared):

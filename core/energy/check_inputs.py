@@ -38,8 +38,7 @@ def check_transfer(transfer):
             raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
     numbers = {"area": surfaces.area, "diffuse_relative": transfer.diffuse_relative}
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
-        error = np.asarray(getattr(transfer, name))
-        numbers[name] = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
+        numbers[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf)
     shares = {name: getattr(transfer, name) for name in SHARES}
     for name, light in transfer.sources.items():
         for field, values in vars(light).items():
