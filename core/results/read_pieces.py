@@ -18,7 +18,6 @@ from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, read_summary
 from .surfaces_file import AGAIN, CURE, MONTHLY, NAME, check_names, open_surfaces
-from .transfer_file import OUTLINES
 
 ROWS = 20_000  # of faces.csv at a time
 GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
@@ -102,7 +101,7 @@ def read_pieces(folder, frame):
     to_frame = bring_to_frame(Site(**site | {"origin": tuple(site["origin"])}), frame)
     first = 0
     with open_surfaces(folder) as file, read_rows(folder / "faces.csv") as tables:
-        if not set(OUTLINES) <= set(file.variables):
+        if "outline_points" not in file:
             raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
         for table in tables:
             faces = check_columns(folder / "faces.csv", table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)

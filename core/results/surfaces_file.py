@@ -8,14 +8,13 @@ import numpy as np
 from ..city.grid_cells import Outlines
 from ..settings.errors import InputError
 from .netcdf_file import netcdf_file, write_variables
-from .transfer_file import OUTLINES, describe_outlines
+from .transfer_file import PACKED, describe_fields, read_fields
 
 NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
 MONTHLY = "full_load_hours_by_month"
 CURE = "give a folder that citypv simulate or citypv yield has written"
 AGAIN = "compute the folder again, by citypv simulate or citypv yield"
-PACKED = {"compression": "gzip", "shuffle": True}
 
 
 def write_surfaces(path, transfer, energy):
@@ -33,9 +32,7 @@ def write_surfaces(path, transfer, energy):
         "surface_id": ("surface", np.array(transfer.surfaces.surface_id, dtype=object)),
         "direction": (("sun", "axis"), transfer.suns.direction, {"long_name": "unit vectors to the traced suns"}),
         MONTHLY: (("surface", "month"), hours, meaning, PACKED),
-    }
-    if transfer.outlines is not None:
-        found |= describe_outlines(transfer.outlines)
+    } | describe_fields({"outlines": transfer.outlines})
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, found)
@@ -84,8 +81,7 @@ def read_surfaces(folder, surface_id):
         The file cannot be read, or belongs to another run.
     """
     with open_surfaces(folder) as file:
-        known = set(OUTLINES) <= set(file.variables)
-        outlines = Outlines(*(np.asarray(file[name][:]) for name in OUTLINES)) if known else None
+        outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
         check_names(folder, file["surface_id"][:], surface_id)
     return suns, outlines, months
@@ -93,10 +89,5 @@ def read_surfaces(folder, surface_id):
 
 def check_names(folder, found, surface_id):
     """Refuse surfaces that are not those of faces.csv."""
-    if read_texts(found) != surface_id:
+    if [text.decode() if isinstance(text, bytes) else str(text) for text in found] != surface_id:
         raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
-
-
-def read_texts(variable):
-    """Texts of an open NetCDF file: list of str."""
-    return [text.decode() if isinstance(text, bytes) else str(text) for text in variable[:]]

@@ -33,71 +33,64 @@ OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the cit
 COPY = "copy it again from where it was written, or trace the city again"
 STAGE = "writing transfer.nc"
 CHUNK = 1 << 20  # bytes that are packed together: whole rows
+PACKED = {"compression": "gzip", "shuffle": True}
 
 BARE = "bare"  # group with the state of deciduous trees without leaves
 SUMS = "checksums"  # attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
 UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
 
-TEXTS = tuple(column.name for column in COLUMNS if column.stored and column.kind == "text")
-PER_SURFACE = {  # name -> owner, unit, long name
-    column.name: (column.owner, column.unit, column.meaning)
-    for column in COLUMNS
-    if column.stored and column.kind != "text"
-}
+UNKNOWN_ROOM = "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no effect"
 
-ALBEDO, MATERIAL = "albedo", "material"  # per surface; files written before they were kept lack both
-TRACED_AS = {  # name -> attributes
-    ALBEDO: {
-        "units": "1",
-        "long_name": "albedo that the surface was traced with; of mirrors, glossy faces, glass and water the most that "
-        "they reflect",
-    },
-    MATERIAL: {"long_name": "material that the surface was traced as; empty where no more than an albedo was given"},
-}
-
-PER_SUN = ("weight", "day", "step")
-
-PER_SURFACE_AND_SUN = {  # name -> long name
+MATRICES = {  # of surfaces × suns: name -> long name
     "visible_share": "share of the surface that sees the sun",
     "direct_reflected": "reflected irradiance per DNI, without the first reflection of the far ground",
 }
-
-ERROR_PARTS = {  # name -> dimensions, long name; files written before they were kept lack them, forward has none
-    "diffuse_passed_on": (
-        ("surface", "replicate"),
-        "deviations of replicates of diffuse light that other surfaces pass on",
-    ),
-    "direct_passed_on": (("surface", "replicate"), "the same of the annual mean of direct light"),
-    "diffuse_discretisation": (("surface",), "diffuse light in excess by the size of patches; 0 where little"),
-    "direct_discretisation": (("surface",), "the same of the annual mean of direct light"),
-    "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
-    "direct_points": (("surface",), "variance of the annual mean of direct light from shadow points"),
-}
-
-TERRAIN = "terrain_elevation"  # files of runs without distant terrain lack it
-TERRAIN_DETAILS = {
-    "units": "degree",
-    "long_name": "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
-}
-
-NO_ROOM, CLEARANCE = "no_room", "clearance"  # files written before they were kept lack them
-UNKNOWN_ROOM = "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no effect"
-ROOM_DETAILS = {"units": "1", "long_name": "share that is open, but looks at a face from less than the clearance"}
-
-SOURCE_LIGHT = {  # field of SourceLight -> long name, of each traced source; files of isotropic skies have none
-    "view_factor": "light of {title}, per {unit}, without reflections",
-    "relative": "light of {title}, per {unit}, reflections included",
-    "standard_error": "standard error of {name}_relative",
-}
-
-OUTLINES = {  # name -> dimensions, attributes; files written before outlines were kept lack them
-    "outline_points": (
-        ("corner", "axis"),
-        {"units": "m", "long_name": "corners of the surfaces: true east, true north, up from the scene's origin"},
-    ),
-    "outline_ring_start": (("ring_bound",), {"long_name": "first corner of each ring, and the number of corners"}),
-    "outline_surface_start": (("surface_bound",), {"long_name": "first ring of each surface, and the number of rings"}),
-}
+# Name in the file -> owner, its field, dimensions, unit, long name. A file has all variables of an owner, or none: not
+# every run has error parts, a traced horizon, shapes of the surfaces or distant terrain.
+VARIABLES = {
+    "normal": ("surfaces", "normal", ("surface", "axis"), "1", "unit vector"),
+    "direction": ("suns", "direction", ("sun", "axis"), "1", "unit vector to the sun"),
+    "weight": ("suns", "weight", ("sun",), "1", "share of the year's sunny intervals"),
+    "day": ("suns", "day", ("sun",), "", "a count, or the ordinal of the date"),
+    "step": ("suns", "step", ("sun",), "", "step of the day"),
+    "albedo": ("albedos", "albedo", ("surface",), "1", "albedo that the surface was traced with; of mirrors, glossy "
+               "faces, glass and water the most that they reflect"),
+    "material": ("albedos", "material", ("surface",), "", "material that the surface was traced as; empty where no "
+                 "more than an albedo was given"),
+    "diffuse_passed_on": ("error_parts", "diffuse_passed_on", ("surface", "replicate"), "1",
+                          "deviations of replicates of diffuse light that other surfaces pass on"),
+    "direct_passed_on": ("error_parts", "direct_passed_on", ("surface", "replicate"), "1",
+                         "the same of the annual mean of direct light"),
+    "diffuse_discretisation": ("error_parts", "diffuse_discretisation", ("surface",), "1",
+                               "diffuse light in excess by the size of patches; 0 where little"),
+    "direct_discretisation": ("error_parts", "direct_discretisation", ("surface",), "1",
+                              "the same of the annual mean of direct light"),
+    "covariance": ("error_parts", "covariance", ("surface",), "1",
+                   "covariance of the surface's own noise in diffuse and in annual direct light"),
+    "direct_points": ("error_parts", "direct_points", ("surface",), "1",
+                      "variance of the annual mean of direct light from shadow points"),
+    "outline_points": ("outlines", "points", ("corner", "axis"), "m",
+                       "corners of the surfaces: true east, true north, up from the scene's origin"),
+    "outline_ring_start": ("outlines", "ring_start", ("ring_bound",), "",
+                           "first corner of each ring, and the number of corners"),
+    "outline_surface_start": ("outlines", "surface_start", ("surface_bound",), "",
+                              "first ring of each surface, and the number of rings"),
+    "no_room": ("room", "no_room", ("surface", "clearance"), "1",
+                "share that is open, but looks at a face from less than the clearance"),
+    "clearance": ("room", "clearances", ("clearance",), "m", ""),
+    "terrain_elevation": ("terrain", "elevation", ("azimuth",), "degree",
+                          "elevation of distant terrain at equally spaced azimuths, clockwise from true north"),
+}  # fmt: skip
+for column in COLUMNS:
+    if column.stored:
+        VARIABLES[column.name] = column.owner, column.name, ("surface",), column.unit, column.meaning
+for source in SOURCES.values():
+    for field, long_name in (
+        ("view_factor", f"light of {source.title}, per {source.unit}, without reflections"),
+        ("relative", f"light of {source.title}, per {source.unit}, reflections included"),
+        ("standard_error", f"standard error of {source.name}_relative"),
+    ):
+        VARIABLES[source.variable(field)] = source.name, field, ("surface",), "1", long_name
 
 
 def write_transfer(path, transfer, progress=silent):
@@ -111,7 +104,7 @@ def write_transfer(path, transfer, progress=silent):
         See `core.progress`; in bytes of the matrices, before they are packed.
     """
     states = {None: transfer} if transfer.bare is None else {None: transfer, BARE: transfer.bare}
-    total = sum(4 * getattr(state, name).size for state in states.values() for name in PER_SURFACE_AND_SUN)
+    total = sum(4 * getattr(state, name).size for state in states.values() for name in MATRICES)
     leafy, done = {"leaf_months": json.dumps(transfer.leaf_months)}, 0
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         progress(STAGE, 0, total, "B")
@@ -122,7 +115,7 @@ def write_transfer(path, transfer, progress=silent):
             write_variables(place, variables)
             sums = {":" + name: checksum(value) for name, value in attributes.items()}
             sums |= {name: checksum(values) for name, (_, values, *_) in variables.items()}
-            for name in PER_SURFACE_AND_SUN:
+            for name in MATRICES:
                 sums[name] = 0
                 for values in append_matrix(place, name, getattr(state, name)):
                     sums[name], done = checksum(values, sums[name]), done + values.nbytes
@@ -138,69 +131,40 @@ def checksum(values, before=0):
     return crc32(np.ascontiguousarray(array), before)
 
 
-def describe_state(transfer):
-    """All of a Transfer but the matrices of surfaces × suns.
+def describe_fields(owners):
+    """Variables of some owners, as of `netcdf_file.write_variables`.
 
-    Returns
-    -------
-    variables : dict of str to tuple
-        Dimensions, values, and where there are any attributes and options of packing.
-    attributes : dict
+    Parameters
+    ----------
+    owners : dict of str to object
+        None for those that there are not.
     """
-    surfaces, suns, site = transfer.surfaces, transfer.suns, transfer.site
-    variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
-    for name in TEXTS:
-        variables[name] = ("surface", np.array(getattr(surfaces, name), dtype=object))
-    for name, (owner, unit, long_name) in PER_SURFACE.items():
-        values = np.asarray(getattr(surfaces if owner == "surfaces" else transfer, name))
-        values = values.astype(np.int8) if values.dtype == bool else values
-        variables[name] = ("surface", values, {"units": unit, "long_name": long_name})
-    for name in PER_SUN:
-        variables[name] = ("sun", getattr(suns, name))
-    attributes = {
-        "title": FORMAT,
-        "way": suns.sampling,
-        "ground_albedo": transfer.ground_albedo,
-        "site": json.dumps(finite(vars(site))),
-    }
-    if transfer.record is not None:
-        attributes["record"] = json.dumps(finite(transfer.record.as_dict()), ensure_ascii=False)
-    if transfer.albedo is not None:
-        variables[ALBEDO] = ("surface", transfer.albedo, TRACED_AS[ALBEDO])
-        variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])
-        attributes["albedos"] = json.dumps(finite(transfer.albedos), ensure_ascii=False)
-    if transfer.error_parts is not None:
-        for name, (dimensions, words) in ERROR_PARTS.items():
-            variables[name] = (dimensions, getattr(transfer.error_parts, name), {"units": "1", "long_name": words})
-    for source, light in ((SOURCES[name], light) for name, light in transfer.sources.items()):
-        for field, words in SOURCE_LIGHT.items():
-            named = words.format(name=source.name, title=source.title, unit=source.unit)
-            variables[source.variable(field)] = "surface", getattr(light, field), {"units": "1", "long_name": named}
-    shapes, source = describe_shapes(transfer)
-    return variables | shapes, attributes | source
+    variables = {}
+    for name, (owner, field, dimensions, *details) in VARIABLES.items():
+        if owners.get(owner) is not None:
+            values = getattr(owners[owner], field)
+            values = np.array(values, dtype=object if isinstance(values, list) else None)
+            values = values.astype(np.int8) if values.dtype == bool else values
+            told = {key: text for key, text in zip(("units", "long_name"), details, strict=True) if text}
+            variables[name] = dimensions, values, told, PACKED if owner == "outlines" else {}
+    return variables
 
 
-def describe_shapes(transfer):
-    """What only some Transfers know of geometry: outlines, room for modules, distant terrain. As `describe_state`."""
-    variables, attributes = {}, {}
-    if transfer.outlines is not None:
-        variables |= describe_outlines(transfer.outlines)
-    if transfer.no_room is not None:
-        variables[NO_ROOM] = (("surface", CLEARANCE), transfer.no_room, ROOM_DETAILS)
-        variables[CLEARANCE] = ((CLEARANCE,), np.array(transfer.clearances, float), {"units": "m"})
+def describe_state(transfer):
+    """All of a Transfer but the matrices of surfaces × suns: variables by name, and attributes."""
+    owners = {name: getattr(transfer, name) for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")}
+    owners |= {"transfer": transfer, **transfer.sources}
+    owners["albedos"] = None if transfer.albedo is None else transfer
+    owners["room"] = None if transfer.no_room is None else transfer
+    attributes = {"title": FORMAT, "way": transfer.suns.sampling, "ground_albedo": transfer.ground_albedo}
+    texts = {"site": vars(transfer.site), "albedos": transfer.albedos}
+    texts["record"] = None if transfer.record is None else transfer.record.as_dict()
+    for name, value in texts.items():
+        if value is not None:
+            attributes[name] = json.dumps(finite(value), ensure_ascii=False)
     if transfer.terrain is not None:
-        variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
         attributes["terrain_source"] = transfer.terrain.source
-    return variables, attributes
-
-
-def describe_outlines(outlines):
-    """Variables of the shapes of surfaces, as of `describe_state`."""
-    values = outlines.points, outlines.ring_start, outlines.surface_start
-    return {
-        name: (dimensions, array, details, {"compression": "gzip", "shuffle": True})
-        for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True)
-    }
+    return describe_fields(owners), attributes
 
 
 def append_matrix(file, name, matrix):
@@ -208,7 +172,7 @@ def append_matrix(file, name, matrix):
     chunk = max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))), max(matrix.shape[1], 1)
     packed = {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True} if matrix.size else {}
     variable = file.create_variable(name, ("surface", "sun"), "f4", **packed)
-    variable.attrs.update({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
+    variable.attrs.update({"units": "1", "long_name": MATRICES[name]})
     for rows, values in row_blocks(matrix):
         variable[rows] = values
         yield values
@@ -249,7 +213,7 @@ def read_transfer(path):
         for state in (dataset, *([] if bare is None else [bare])):
             check_sums(path, state)
         notes = () if SUMS in dataset.attrs else (UNCHECKED,)
-        notes += () if NO_ROOM in dataset else (UNKNOWN_ROOM,)
+        notes += () if "no_room" in dataset else (UNKNOWN_ROOM,)
         transfer = replace(transfer_of_dataset(dataset), notes=notes)
         if bare is None:
             return transfer
@@ -267,44 +231,39 @@ def check_sums(path, dataset):
             raise InputError(path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY)
 
 
+def read_fields(file, owner, *, needed=False):
+    """What an open file or dataset has of an owner, by field; empty if it lacks any of it and that is not `needed`."""
+    names = {field: name for name, (whose, field, *_) in VARIABLES.items() if whose == owner}
+    if not needed and not all(name in file for name in names.values()):
+        return {}
+    found = {field: np.asarray(file[name][...]) for field, name in names.items()}
+    return {field: list(map(str, one)) if one.dtype.kind in "OUT" else one for field, one in found.items()}
+
+
 def transfer_of_dataset(dataset):
     """Transfer from the variables and attributes of a dataset; what only some runs have is None where it is missing."""
-    values = {name: dataset[name].values for name in (*PER_SURFACE, *PER_SUN, *PER_SURFACE_AND_SUN)}
-    texts = {name: [str(text) for text in dataset[name].values] for name in TEXTS}
-    own = {name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "surfaces"}
-    own["eligible"] = own["eligible"].astype(bool)
-    site = json.loads(dataset.attrs["site"])
-    found = {}
-    if ALBEDO in dataset:
-        found["albedo"] = dataset[ALBEDO].values
-        found["material"] = [str(text) for text in dataset[MATERIAL].values]
-        found["albedos"] = json.loads(dataset.attrs["albedos"])
-    if "record" in dataset.attrs:
-        found["record"] = record_of_dict(json.loads(dataset.attrs["record"]))
-    if "direct_points" in dataset:
-        found["error_parts"] = ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
-    if set(OUTLINES) <= set(dataset):
-        found["outlines"] = Outlines(*(dataset[name].values for name in OUTLINES))
-    if NO_ROOM in dataset:
-        found["no_room"], found["clearances"] = dataset[NO_ROOM].values, tuple(dataset[CLEARANCE].values.tolist())
-    if TERRAIN in dataset:
-        found["terrain"] = TerrainHorizon(dataset[TERRAIN].values, str(dataset.attrs["terrain_source"]))
+    surfaces, suns, own = (read_fields(dataset, name, needed=True) for name in ("surfaces", "suns", "transfer"))
+    surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
+    surfaces["eligible"] = surfaces["eligible"].astype(bool)
+    own |= read_fields(dataset, "albedos") | read_fields(dataset, "room")
+    if "clearances" in own:
+        own["clearances"] = tuple(own["clearances"].tolist())
+    texts = {name: json.loads(dataset.attrs[name]) for name in ("site", "albedos", "record") if name in dataset.attrs}
+    if "record" in texts:
+        own["record"] = record_of_dict(texts["record"])
+    for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
+        if found := read_fields(dataset, name):
+            own[name] = build(**found)
+    if terrain := read_fields(dataset, "terrain"):
+        own["terrain"] = TerrainHorizon(**terrain, source=str(dataset.attrs["terrain_source"]))
+    sources = {name: SourceLight(**found) for name in SOURCES if (found := read_fields(dataset, name))}
     return Transfer(
-        surfaces=Surfaces(
-            **{name: texts[name] for name in ("surface_id", "building_id", "thematic")},
-            **{name: np.array(texts[name], dtype=str) for name in ("kind", "orientation")},
-            **own,
-            normal=dataset["normal"].values,
-        ),
-        site=Site(**{**site, "origin": tuple(site["origin"])}),
-        suns=Suns(dataset.attrs["way"], dataset["direction"].values, *(values[name] for name in PER_SUN)),
+        surfaces=Surfaces(**surfaces),
+        site=Site(**texts["site"] | {"origin": tuple(texts["site"]["origin"])}),
+        suns=Suns(dataset.attrs["way"], **suns),
         ground_albedo=float(dataset.attrs["ground_albedo"]),
-        **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
-        **{name: values[name] for name in PER_SURFACE_AND_SUN},
-        sources={
-            name: SourceLight(**{field: dataset[source.variable(field)].values for field in SOURCE_LIGHT})
-            for name, source in SOURCES.items()
-            if source.variable("relative") in dataset
-        },
-        **found,
+        albedos=texts.get("albedos"),
+        sources=sources,
+        **own,
+        **{name: dataset[name].values for name in MATRICES},
     )
