@@ -166,3 +166,9 @@ def split_years(times, interval):
         if len(inside) * interval >= WHOLE_YEAR:
             years.append(((start + (stop - start) / 2).year, inside))
     return years
+
+
+def sum_years(energy):
+    """Full load hours [h] of each group, (g,), by calendar year; empty for a single one."""
+    years, length = split_years(energy.times, energy.interval), energy.interval / pd.Timedelta(hours=1)
+    return {year: energy.capacity_factor[own].sum(axis=0) * length for year, own in years} if len(years) > 1 else {}

@@ -9,12 +9,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.scene import surface_of_triangles
 from ..energy.counted_area import find_counted_area, sum_left_out
-from ..energy.energy import exceeded_energy, kwp_of_hours, split_years, sum_potential
+from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
@@ -78,15 +79,13 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
 
 def describe_input(transfer, energy, scene):
     """Files, place and counts."""
-    kinds, counts = np.unique(transfer.surfaces.kind, return_counts=True)
-    area = [float(transfer.surfaces.area[transfer.surfaces.kind == kind].sum()) for kind in kinds]
+    kinds = (
+        pd.Series(transfer.surfaces.area, dtype=float).groupby(transfer.surfaces.kind).agg(count="count", area="sum")
+    )
     description = {
         "site": asdict(transfer.site),
         "surfaces": len(transfer.surfaces),
-        "kinds": {
-            str(kind): {"count": int(count), "area": whole}
-            for kind, count, whole in zip(kinds, counts, area, strict=True)
-        },
+        "kinds": kinds.to_dict("index"),
         "eligible": int(energy.eligible.sum()),
     }
     if scene is not None:
@@ -176,22 +175,14 @@ def sum_totals(transfer, energy, system):
 
 def describe_years(energy):
     """Full load hours of the groups by year, with mean and standard deviation; empty for a single year."""
-    years = split_years(energy.times, energy.interval)
-    if len(years) < 2:
+    years = sum_years(energy)
+    if not years:
         return {}
-    hours = energy.interval.total_seconds() / 3600
-    table = np.array([energy.capacity_factor[inside].sum(axis=0) * hours for _, inside in years])  # (y, g) [h]
-    groups = {
-        "_".join(names): {
-            "mean": float(values.mean()),
-            "standard_deviation": float(values.std(ddof=1)),
-            "lowest": float(values.min()),
-            "highest": float(values.max()),
-            "full_load_hours": values.tolist(),
-        }
-        for names, values in zip(energy.groups, table.T, strict=True)
-    }
-    return {"years": [year for year, _ in years], "groups": groups, "unit": "h"}
+    table = pd.DataFrame(years, index=["_".join(names) for names in energy.groups]).T  # (y, g) [h]
+    spread = table.agg(["mean", "std", "min", "max"])
+    spread.index = ["mean", "standard_deviation", "lowest", "highest"]
+    groups = {name: own.to_dict() | {"full_load_hours": table[name].tolist()} for name, own in spread.items()}
+    return {"years": list(years), "groups": groups, "unit": "h"}
 
 
 def versions():

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.compute_energy import compute_building_power
-from ..energy.energy import split_years
+from ..energy.energy import sum_years
 from ..energy.pv_system import build_system
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
@@ -53,94 +53,65 @@ def write_groups(path, energy):
     path : path-like
     energy : Energy
     """
-    places = place_periods(energy)
-    hours = sum_periods(energy.capacity_factor, energy, places)
-    rows = []
+    hours, rows = sum_periods(energy), []
     for group, names in enumerate(energy.groups):
+        counted = energy.group_count[group], energy.group_area[group]
         annual = energy.group_standard_error[group], energy.group_dc[group]
-        for period, index in hours:
-            counted = energy.group_count[group], energy.group_area[group]
+        for (period, index), values in hours.items():
             only = annual if period == "annual" else (np.nan, np.nan)
-            rows.append((*names, period, index, f"{hours[period, index][group]:.6g}", *counted, *only))
+            rows.append((*names, period, index, f"{values[group]:.6g}", *counted, *only))
     pd.DataFrame(rows, columns=GROUP_COLUMNS).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
-def place_periods(energy):
-    """Periods of the tables, and the intervals that belong to each.
-
-    An interval belongs to the month and hour (UTC) of its middle. It is split between hours of local mean solar time,
-    which start at any time within those of UTC. Years are separate if the weather covers several.
-
-    Returns
-    -------
-    list of (str, list, list of (numpy.ndarray, numpy.ndarray or float))
-        Period, its indices, and parts: for each interval the position in the indices, (T,) int, and its share.
-    """
-    middle = energy.times.tz_convert("UTC") + energy.interval / 2
-    solar = local_middle(energy.times, energy.interval, energy.longitude) - energy.interval / 2
-    periods = [
-        ("annual", [""], [(np.zeros(len(middle), int), 1.0)]),
-        ("month", list(range(1, 13)), [(middle.month.to_numpy() - 1, 1.0)]),
-        ("hour", list(range(24)), [(middle.hour.to_numpy(), 1.0)]),
-        ("solar_hour", list(range(24)), split_hours(solar, energy.interval)),
-    ]
-    years = split_years(energy.times, energy.interval)
-    if len(years) > 1:
-        place, inside = np.zeros(len(middle), int), np.zeros(len(middle))
-        for number, (_, chosen) in enumerate(years):
-            place[chosen], inside[chosen] = number, energy.years
-        periods.append(("year", [year for year, _ in years], [(place, inside)]))
-    return periods
-
-
-def split_hours(start, interval):
-    """Hours of the day that intervals overlap, and the share of each interval in them.
+def sum_periods(energy):
+    """Full load hours of each group in each period, per year; years are separate if the weather covers several.
 
     Parameters
     ----------
-    start : pandas.DatetimeIndex, (T,)
-        Start of the intervals.
-    interval : pandas.Timedelta
-
-    Returns
-    -------
-    list of (numpy.ndarray, numpy.ndarray)
-        Hour (T,) int and share (T,); the shares of an interval sum to 1.
-    """
-    length = interval / HOUR
-    begin = ((start - start.floor("D")) / HOUR).to_numpy()
-    first = np.floor(begin)
-    parts = []
-    for number in range(int(np.ceil(length)) + 1):
-        low = np.maximum(first + number, begin)
-        high = np.minimum(first + number + 1, begin + length)
-        parts.append(((first + number).astype(int) % 24, np.maximum(high - low, 0.0) / length))
-    return parts
-
-
-def sum_periods(capacity_factor, energy, periods):
-    """Full load hours of each group in each period, per year.
-
-    Parameters
-    ----------
-    capacity_factor : numpy.ndarray, (T, g)
     energy : Energy
-    periods : list
-        From `place_periods`.
 
     Returns
     -------
     dict of (str, int or str) to numpy.ndarray, (g,)
         By period and index [h].
     """
-    hours = capacity_factor * (energy.interval / HOUR) / energy.years  # (T, g) [h]
-    sums = {}
-    for period, names, parts in periods:
-        table = np.zeros((len(names), hours.shape[1]))
-        for place, share in parts:
-            np.add.at(table, place, hours * np.broadcast_to(share, len(hours))[:, None])
-        sums.update({(period, name): row for name, row in zip(names, table, strict=True)})
-    return sums
+    names = [("annual", ""), *(("month", month) for month in range(1, 13))]
+    names += [(period, hour) for period in ("hour", "solar_hour") for hour in range(24)]
+    share = share_periods(energy.times, energy.interval, energy.longitude)
+    found = dict(zip(names, share @ energy.capacity_factor * (energy.interval / HOUR / energy.years), strict=True))
+    return found | {("year", year): hours for year, hours in sum_years(energy).items()}
+
+
+def share_periods(times, interval, longitude):
+    """Share of intervals in the whole, its months, hours of the day and hours of local mean solar time.
+
+    An interval belongs to the month and hour (UTC) of its middle. It is split between hours of local mean solar time,
+    which start at any time within those of UTC.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (T,)
+        Start of the intervals.
+    interval : pandas.Timedelta
+    longitude : float [°]
+
+    Returns
+    -------
+    numpy.ndarray, (61, T) float64
+        The whole, 12 months, 24 hours, 24 hours of solar time.
+    """
+    middle, length = times.tz_convert("UTC") + interval / 2, interval / HOUR
+    start = local_middle(times, interval, longitude) - interval / 2
+    begin = ((start - start.floor("D")) / HOUR).to_numpy()
+    share, every = np.zeros((61, len(times))), np.arange(len(times))
+    share[0] = 1.0
+    share[middle.month.to_numpy(), every] = 1.0
+    share[13 + middle.hour.to_numpy(), every] = 1.0
+    for number in range(int(np.ceil(length)) + 1):
+        hour = np.floor(begin) + number
+        overlap = np.minimum(hour + 1, begin + length) - np.maximum(hour, begin)
+        share[37 + hour.astype(int) % 24, every] += np.maximum(overlap, 0.0) / length
+    return share
 
 
 def write_series(path, transfer, energy):

@@ -18,7 +18,7 @@ from ..energy.power import tabulate_power
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
 from .group_errors import carry_to_place
-from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place, sum_periods
+from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place
 from .sources import Places
 from .sum_groups import sum_groups
 
@@ -135,7 +135,7 @@ def compute_place(environments, weather, code, system, model, ways):  # noqa: PL
             exact = way == "exact"
             matched[one.sky.count] = match_hours(one.sky, hours) if exact else match_shifted(one.sky, hours, weather)
         sunlight = matched[one.sky.count]
-        values = sum_periods(sum_groups(one, hours, sunlight, model), hours)
+        values = hours.length * (hours.share @ sum_groups(one, hours, sunlight, model))
         count = len(one.groups)
         errors = carry_to_place(one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:])
         found.append((values, np.vstack(errors)))

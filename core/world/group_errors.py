@@ -146,14 +146,12 @@ def sum_light(errors, hours, sunlight):
     spread : numpy.ndarray, (13,)
         Number of directions from which as much light would come from each: (Σ u)² / Σ u².
     """
-    scale, count = hours.length / KILO, len(errors.direct)
+    scale, count, months = hours.length / KILO, len(errors.direct), hours.share[: 1 + MONTHS]
     weight = sunlight.weight * hours.light[:, :1, None]  # (h, m, 3) [Wm⁻²]
-    cell = hours.month[:, None, None] * count + sunlight.index
+    cell = months[1:].argmax(axis=0)[:, None, None] * count + sunlight.index
     suns = np.bincount(cell.ravel(), weight.ravel(), minlength=MONTHS * count).reshape(MONTHS, count)
-    columns = [*hours.light.T, sunlight.level]
-    months = np.stack([np.bincount(hours.month, column, minlength=MONTHS) for column in columns], axis=1)
-    months, suns = (scale * np.concatenate([part.sum(axis=0, keepdims=True), part]) for part in (months, suns))
-    light, ground = months[:, :-1], months[:, -1:]
+    suns = scale * np.concatenate([suns.sum(axis=0, keepdims=True), suns])
+    light, ground = scale * months @ hours.light, scale * months @ sunlight.level[:, None]
     spread = np.maximum(suns.sum(axis=1) ** 2, 1e-12) / np.maximum((suns**2).sum(axis=1), 1e-12)
     return light, suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1], spread
 

@@ -10,13 +10,13 @@ import pvlib
 
 from ..energy.power import HALF, MIDDLE, spectral_factor
 from ..energy.pv_system import thermal_parameters
-from ..results.write_tables import split_hours
+from ..results.write_tables import share_periods
 from ..sun.sky_grid import match_triangles
 from ..sun.sky_models import split_sky
-from ..sun.solar_position import geocentric_sun, is_sunny, local_middle, sun_direction, sun_of_place
+from ..sun.solar_position import geocentric_sun, is_sunny, sun_direction, sun_of_place
 from .sum_groups import Sunlight
 
-MONTHS, HOURS = 12, 24
+MONTHS, HOURS = 12, 24  # of `PlaceHours.share`, behind the year; hours twice
 DEGREES_PER_HOUR = 15.0
 SINGLE = np.float32
 
@@ -33,9 +33,7 @@ class PlaceHours:
     caps: np.ndarray  # (k,) of `SkyParts`
     heating: np.ndarray  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
     spectral_factor: np.ndarray  # (h,) float32
-    month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
-    hour: np.ndarray  # (h,) int, of the day, UTC, of mid-interval
-    solar_hours: list  # of (hour (h,) int, share (h,)): hours of local mean solar time that each overlaps
+    share: np.ndarray  # (61, h) of `share_periods`: year, months, hours of the day (UTC) and of local mean solar time
     length: float  # of an interval, over the number of years [h]
 
 
@@ -63,9 +61,6 @@ def prepare_place(weather, system, years, sky="isotropic"):
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
     # The thermal model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
     slope = pvlib.temperature.sapm_cell(1.0, 0.0, column["wind_speed"], **thermal_parameters(system.mounting))
-    times = data.index[lit]
-    middle = times.tz_convert("UTC") + interval / 2
-    begin = local_middle(times, interval, weather.longitude) - interval / 2
     return PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
@@ -77,34 +72,9 @@ def prepare_place(weather, system, years, sky="isotropic"):
         caps=parts.caps,
         heating=np.stack([slope / HALF, (column["temp_air"] - MIDDLE) / HALF], axis=1).astype(SINGLE),
         spectral_factor=spectral_factor(airmass, system).astype(SINGLE),
-        month=middle.month.to_numpy() - 1,
-        hour=middle.hour.to_numpy(),
-        solar_hours=split_hours(begin, interval),
+        share=share_periods(data.index[lit], interval, weather.longitude),
         length=interval / pd.Timedelta(hours=1) / years,
     )
-
-
-def sum_periods(capacity_factor, hours):
-    """Full load hours of the year, its months, hours of the day (UTC) and hours of local mean solar time.
-
-    Parameters
-    ----------
-    capacity_factor : numpy.ndarray, (h, k)
-    hours : PlaceHours
-
-    Returns
-    -------
-    numpy.ndarray, (61, k)
-        [h] per year: annual, 12 months, 24 hours, 24 solar hours.
-    """
-    rows = np.arange(len(capacity_factor))
-    share = np.zeros((1 + MONTHS + 2 * HOURS, len(rows)))
-    share[0] = 1.0
-    share[1 + hours.month, rows] = 1.0
-    share[1 + MONTHS + hours.hour, rows] = 1.0
-    for hour, part in hours.solar_hours:
-        share[1 + MONTHS + HOURS + hour, rows] += part
-    return hours.length * (share @ capacity_factor)
 
 
 def match_hours(sky, hours):

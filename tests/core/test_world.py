@@ -10,8 +10,7 @@ import pytest
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.transfer import SourceLight
-from citypv.core.results.write_tables import place_periods
-from citypv.core.results.write_tables import sum_periods as sum_rows
+from citypv.core.results.write_tables import sum_periods
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sun.horizon import STEPS, TerrainHorizon
@@ -88,8 +87,7 @@ def test_a_place_is_what_yield_gives(skylines, system, place, sky):
     weather = read_weather("clear-sky", *place, float(pvlib.location.lookup_altitude(*place)))
     energy = compute_energy(skylines, weather, system, threads=1, sky=sky)
     assert world.groups == energy.groups
-    tables = sum_rows(energy.capacity_factor, energy, place_periods(energy))
-    expected = np.array([tables[period, name] for period, names, _ in place_periods(energy) for name in names])
+    expected = np.array(list(sum_periods(energy).values()))
     found = world.full_load_hours[0, 0].T
     np.testing.assert_allclose(found, expected, rtol=CLOSE, atol=1e-3)
 
