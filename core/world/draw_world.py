@@ -14,11 +14,10 @@ from .draw_world_maps import (
     describe_source,
     draw_world_gain,
     draw_world_map,
-    edges,
+    hatch_clear,
     join_at_date_line,
     mark_latitudes,
     nearest_place,
-    own_groups,
     title_of_group,
     write_degrees,
     write_longitude,
@@ -48,45 +47,42 @@ def draw_world_months(dataset):
         None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
     """
     environment = choose_environment(dataset)
-    values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
-    east = (values["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
-    values = values.isel(longitude=int(np.abs(east).argmin()))
-    values = values.isel(latitude=values["latitude"].to_numpy() >= 0)
-    if values.sizes["latitude"] < 2 or not np.isfinite(values).any():
-        return None
-    there = own_groups(dataset["full_load_hours_by_month"], environment)
+    values = dataset["full_load_hours_by_month"].sel(environment=environment)
+    there = values.dropna("group", how="all")["group"].to_numpy()
+    east = (dataset["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
+    along = {"longitude": int(np.abs(east).argmin()), "latitude": dataset["latitude"].to_numpy() >= 0}
+    values, clear = values.isel(along), (dataset["weather"].isel(along) == CLEAR).to_numpy()
     wanted = [[f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in there] for kind in KINDS]
-    if not any(wanted):
+    if len(clear) < 2 or not any(wanted) or not np.isfinite(values).any():
         return None
     count = sum(map(len, wanted))
     width = 11 * max(count, 2) / 4  # [inch]
     figure = make_figure(width, 5.2)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
-    clear = (values["weather"] == CLEAR).to_numpy()
-    hatched = clear.any() and not clear.all()
-    rest = iter(panels)
+    rest, note = iter(panels), ""
     for kind, names in zip(KINDS, wanted, strict=True):
-        own = [next(rest) for _ in names]
+        if not names:
+            continue
+        own, top = [next(rest) for _ in names], values.sel(group=names).max()
         for axes, name in zip(own, names, strict=True):
-            mesh = draw_panel(axes, values.sel(group=name), values.sel(group=names).max(), clear & hatched)
-        if names:
-            label = f"{kind.capitalize()}s: hours in the month [h]"
-            figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02, label=label)
+            mesh = draw_panel(axes, values.sel(group=name), float(top))
+            if hatch_clear(axes, (0.5, 12.5), values["latitude"], np.stack([clear, clear], axis=1)):
+                note = " Hatched: clear sky."
+        label = f"{kind.capitalize()}s: hours in the month [h]"
+        figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02, label=label)
     panels[0].set_ylabel("Latitude")
-    east = write_longitude(round(float(values["longitude"]), 2))
-    note = " Hatched: clear sky." if hatched else ""
-    figure.supxlabel(f"{environment}, along {east}.{note} {describe_source(dataset, width)}", fontsize=8)
+    meridian = write_longitude(round(float(values["longitude"]), 2))
+    words = f"{environment}, along {meridian}.{note} {describe_source(dataset, width)}"
+    figure.supxlabel(words, fontsize=8)
     return figure
 
 
-def draw_panel(axes, values, top, hatched):
-    """One group: months to the right, latitudes upwards, some of them hatched; blank without weather."""
-    bounds, table = edges(values["latitude"].to_numpy()), values.transpose("latitude", "month").to_numpy()
-    style = {"cmap": colour_scale("viridis"), "vmin": 0, "vmax": float(top), "rasterized": True}
-    mesh = axes.pcolormesh(np.arange(0.5, 13), bounds, table, **style)
-    for row in np.flatnonzero(hatched):
-        axes.axhspan(*bounds[row : row + 2], facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
-    axes.set_xticks(np.arange(1, 13), [name[0] for name in MONTHS], fontsize=9)
+def draw_panel(axes, values, top):
+    """One group: months to the right, latitudes upwards; blank without weather."""
+    months, table = np.arange(1, 13), values.transpose("latitude", "month").to_numpy()
+    style = {"cmap": colour_scale("viridis"), "vmin": 0, "vmax": top, "shading": "nearest", "rasterized": True}
+    mesh = axes.pcolormesh(months, values["latitude"], table, **style)
+    axes.set_xticks(months, [name[0] for name in MONTHS], fontsize=9)
     axes.set_title(title_of_group(values["group"].item()))
     mark_latitudes(axes)
     axes.grid(visible=False)

@@ -33,13 +33,6 @@ def choose_environment(dataset):
     return next((name for name in names if name != UNSHADED), names[0])
 
 
-def own_groups(values, environment):
-    """Groups of which an environment has values anywhere: list of str."""
-    known = values.sel(environment=environment).notnull()
-    known = known.any([name for name in known.dims if name != "group"])
-    return values["group"].to_numpy()[known.to_numpy()].tolist()
-
-
 def map_of(values, environment):
     """What a map of an environment shows, and its title: facades that face the equator, else the first group it has.
 
@@ -54,9 +47,9 @@ def map_of(values, environment):
     xarray.DataArray, latitude × longitude
     str
     """
-    names, north = own_groups(values, environment), values["latitude"] >= 0
+    own, north = values.sel(environment=environment), values["latitude"] >= 0
+    names = own.dropna("group", how="all")["group"].to_numpy().tolist()
     sides = [side for side, there in zip(TOWARDS_EQUATOR, (north.any(), not north.all()), strict=True) if there]
-    own = values.sel(environment=environment)
     if not set(sides) <= set(names):
         group = next(iter([*names, *sides]))
         return own.sel(group=group), f"{title_of_group(group)}, {environment}"
@@ -113,13 +106,14 @@ def draw_map(axes, values, **style):
     -------
     matplotlib.collections.QuadMesh
     """
-    longitude, latitude = cells_of(values)
+    places = values["longitude"], values["latitude"]
     axes.set_facecolor(SEA)
-    mesh = axes.pcolormesh(longitude, latitude, values.to_numpy(), rasterized=True, **style)
+    mesh = axes.pcolormesh(*places, values.to_numpy(), shading="nearest", rasterized=True, **style)
+    west, east = axes.get_xlim()
+    axes.set(xlim=(west, east), ylim=np.clip(axes.get_ylim(), -90, 90), aspect="equal")
     coast = read_coast()
-    further = [np.add(line, (360.0, 0.0)) for line in coast] if longitude[-1] > 180.5 else []
+    further = [np.add(line, (360.0, 0.0)) for line in coast] if east > 180.5 else []
     axes.add_collection(LineCollection(coast + further, **LAND_LINE))
-    axes.set(xlim=longitude[[0, -1]], ylim=latitude[[0, -1]], aspect="equal")
     axes.grid(visible=False)
     axes.xaxis.set_major_formatter(lambda value, _: write_longitude(value))
     mark_latitudes(axes)
@@ -130,14 +124,17 @@ def draw_map(axes, values, **style):
 
 
 def shape_of_map(values):
-    """Width over height of the map of a grid."""
-    longitude, latitude = cells_of(values)
-    return np.ptp(longitude) / np.ptp(latitude)
+    """Width over height of the map of a grid, with half a cell around its points."""
+    width, height = (np.ptp(values[name].values) / (1 - 1 / values.sizes[name]) for name in ("longitude", "latitude"))
+    return width / height
 
 
-def cells_of(values):
-    """Edges of the cells of a grid, eastwards and northwards up to the poles [°]: (b + 1,), (a + 1,)."""
-    return edges(values["longitude"].to_numpy()), np.clip(edges(values["latitude"].to_numpy()), -90, 90)
+def hatch_clear(axes, x, y, clear):
+    """Hatch where the weather is a clear sky, (y, x) bool, if it is not everywhere; whether there is any of it."""
+    hatched = clear.any() and not clear.all()
+    if hatched:
+        axes.contourf(x, y, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
+    return hatched
 
 
 def join_at_date_line(dataset):
@@ -158,14 +155,6 @@ def join_at_date_line(dataset):
         return dataset
     west = longitude <= longitude[gaps.argmax()]
     return dataset.assign_coords(longitude=longitude + 360.0 * west).sortby("longitude")
-
-
-def edges(centres):
-    """Edges of cells from their centres: (k + 1,); a single cell is 1° wide."""
-    if len(centres) < 2:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = (centres[1:] + centres[:-1]) / 2
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
 
 
 def write_degrees(value, positive, negative):
@@ -217,9 +206,7 @@ def draw_world_map(dataset):
     for axes, (values, title) in zip(panels, maps, strict=False):
         mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
         axes.set_title(title)
-        if clear.any() and not clear.all():
-            east, north = dataset["longitude"], dataset["latitude"]
-            axes.contourf(east, north, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
+        if hatch_clear(axes, dataset["longitude"], dataset["latitude"], clear):
             axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
     for axes in panels[len(maps) :]:
         axes.set_axis_off()

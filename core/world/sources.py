@@ -1,7 +1,6 @@
 """Places of a world, points of a grid or stations, and the sources of their weather."""
 
 from dataclasses import dataclass
-from itertools import compress
 
 import numpy as np
 
@@ -149,21 +148,19 @@ def model_source(places, name, request, off_land="blank"):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
         land = [off_land == "climate" or is_land(*place) for place in at] if name == "climate" else [False] * len(at)
-        known = [on and look_up_normals(*place) is not None for on, place in zip(land, at, strict=True)]
-        records = iter(())
-        if any(known):
-            zenith = [own["apparent_zenith"].to_numpy() for own in compress(suns, known)]
-            axes = (list(compress(axis, known)) for axis in zip(*at, strict=True))
-            records = iter(climate_records(*axes, request.year, request.weather_seed, np.stack(zenith)))
+        known = [k for k, place in enumerate(at) if land[k] and look_up_normals(*place) is not None]
+        records = {}
+        if known:
+            zenith = np.stack([suns[k]["apparent_zenith"].to_numpy() for k in known])
+            axes = map(list, zip(*(at[k] for k in known), strict=True))
+            records = dict(zip(known, climate_records(*axes, request.year, request.weather_seed, zenith), strict=True))
         found = []
-        for (latitude, longitude), own, on in zip(at, suns, known, strict=True):
-            if on:
-                found.append((add_sun(next(records), INTERVAL, request.horizon_cut, own), CLIMATE))
-            elif name == "climate" and off_land != "clear-sky":
-                found.append((None, NOTHING))
-            else:
-                clear = clear_sky(latitude, longitude, look_up_altitude(latitude, longitude), request.year, sun=own)
-                found.append((add_sun(clear, INTERVAL, request.horizon_cut, own), CLEAR))
+        for k, (place, own) in enumerate(zip(at, suns, strict=True)):
+            code = CLIMATE if k in records else NOTHING if name == "climate" and off_land != "clear-sky" else CLEAR
+            if code == CLEAR:
+                records[k] = clear_sky(*place, look_up_altitude(*place), request.year, sun=own)
+            weather = add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
+            found.append((weather, code))
         return found
 
     label = LABEL if name == "climate" else f"clear sky {request.year} (upper bound)"

@@ -10,21 +10,25 @@ from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS
 
 FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
-BY_MONTH, GAIN = slice(1, 1 + MONTHS), "gain_by_reflections"
+BY_MONTH = slice(1, 1 + MONTHS)
 BY_HOUR, BY_SOLAR_HOUR = (slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1))
-SOLAR = "hour of local mean solar time, from its start"
-YEAR = "full load hours of a year"
-PARTS = {  # name -> periods, further dimension, long name
-    "full_load_hours": (0, None, YEAR),
-    "full_load_hours_by_month": (BY_MONTH, "month", "full load hours of each month"),
-    "full_load_hours_by_hour": (BY_HOUR, "hour", f"{YEAR}, by hour of the day (UTC)"),
-    "full_load_hours_by_solar_hour": (BY_SOLAR_HOUR, "solar_hour", f"{YEAR}, by hour of local mean solar time"),
-}
-PLAIN = "full_load_hours_without_reflections"
-WITHOUT = {
-    PLAIN: (0, None, f"{YEAR} without any reflected light"),
-    f"{PLAIN}_by_month": (BY_MONTH, "month", "full load hours of each month, without any reflected light"),
-}
+YEAR, MONTH, DARK = "full load hours of a year", "full load hours of each month", "without any reflected light"
+GAIN, ERROR = "full load hours of a year over those without reflected light, minus one", "standard error by tracing"
+SOLAR = "hour of local mean solar time"
+PARTS = {  # name -> values, their periods, dimension of these, long name
+    "full_load_hours": ("full_load_hours", 0, (), YEAR),
+    "full_load_hours_standard_error": ("standard_error", 0, (), f"{ERROR}: {YEAR}"),
+    "full_load_hours_by_month": ("full_load_hours", BY_MONTH, ("month",), MONTH),
+    "full_load_hours_by_month_standard_error": ("standard_error", BY_MONTH, ("month",), f"{ERROR}: {MONTH}"),
+    "full_load_hours_by_hour": ("full_load_hours", BY_HOUR, ("hour",), f"{YEAR}, by hour of the day (UTC)"),
+    "full_load_hours_by_solar_hour": ("full_load_hours", BY_SOLAR_HOUR, ("solar_hour",), f"{YEAR}, by {SOLAR}"),
+    "full_load_hours_without_reflections": ("without_reflections", 0, (), f"{YEAR} {DARK}"),
+    "full_load_hours_without_reflections_by_month":
+        ("without_reflections", BY_MONTH, ("month",), f"{MONTH}, {DARK}"),
+    "gain_by_reflections": ("gain", 0, (), GAIN),
+    "gain_by_reflections_standard_error": ("gain_error", 0, (), f"{ERROR}: {GAIN}"),
+    "capacity_factor": ("mean", 0, (), "mean of the year: full load hours over 8760 h"),
+}  # fmt: skip
 
 
 def dataset_of_world(world):
@@ -42,15 +46,18 @@ def dataset_of_world(world):
     grid = places.rows is not None
     at = ("latitude", "longitude") if grid else ("station",)
     shape = (len(places.rows), len(places.columns)) if grid else (len(places),)
+    annual, plain = (one[..., 0].astype(float) for one in (world.full_load_hours, world.without_reflections))
+    gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
+    yearly = {"gain": gain, "gain_error": world.gain_error, "mean": annual / 8760}
+    values = vars(world) | {name: one[..., None].astype(np.float32) for name, one in yearly.items()}
     variables = {}
-    for values, table in ((world.full_load_hours, PARTS), (world.without_reflections, WITHOUT)):
-        for name, (periods, dimension, words) in table.items():
-            part, dimensions = values[..., periods], (*at, "environment", "group", *([dimension] if dimension else []))
-            variables[name] = dimensions, part.reshape(*shape, *part.shape[1:]), {"units": "h", "long_name": words}
-    add_errors(variables, world, shape)
-    dimensions, annual, _ = variables["full_load_hours"]
-    words = {"units": "1", "long_name": "mean of the year: full load hours over 8760 h"}
-    variables["capacity_factor"] = dimensions, annual / np.float32(8760), words
+    for name, (field, periods, dimension, words) in PARTS.items():
+        part = values[field][..., periods]
+        about = {"units": "h" if name.startswith("full_load_hours") else "1", "long_name": words}
+        if f"{name}_standard_error" in PARTS:
+            about["ancillary_variables"] = f"{name}_standard_error"
+        axes = (*at, "environment", "group", *dimension)
+        variables[name] = axes, part.reshape(*shape, *part.shape[1:]), about
     flags = {
         "long_name": "what the weather of the place is",
         "flag_values": np.array(list(MEANINGS), np.int8),
@@ -61,24 +68,6 @@ def dataset_of_world(world):
     variables["area"] = (owner, world.group_area, {"units": "m2", "long_name": "area that counts"})
     variables["surface_count"] = (owner, world.group_count, {"units": "1", "long_name": "number of eligible surfaces"})
     return xarray.Dataset(variables, coordinates(world, grid), attributes(world))
-
-
-def add_errors(variables, world, shape):
-    """Add the gain by reflections, and the standard errors of hours, months and gain, each beside its own variable."""
-    annual, plain = (variables[name][1].astype(float) for name in ("full_load_hours", PLAIN))
-    gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
-    words = {"units": "1", "long_name": "full load hours of a year over those without reflected light, minus one"}
-    variables[GAIN] = (variables["full_load_hours"][0], gain.astype(np.float32), words)
-    errors = world.standard_error
-    for name, found in (
-        ("full_load_hours", errors[..., 0]),
-        ("full_load_hours_by_month", errors[..., 1:]),
-        (GAIN, world.gain_error),
-    ):
-        dimensions, _, words = variables[name]
-        words["ancillary_variables"] = f"{name}_standard_error"
-        about = {"units": words["units"], "long_name": f"standard error by tracing: {words['long_name']}"}
-        variables[words["ancillary_variables"]] = (dimensions, found.reshape(*shape, *found.shape[1:]), about)
 
 
 def coordinates(world, grid):
@@ -99,7 +88,7 @@ def coordinates(world, grid):
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
         "month": ("month", np.arange(1, 13), {"units": "1", "long_name": "month of the year (UTC)"}),
         "hour": ("hour", np.arange(24), {"units": "1", "long_name": "hour of the day (UTC), from its start"}),
-        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": SOLAR}),
+        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": f"{SOLAR}, from its start"}),
     }
 
 

@@ -15,7 +15,6 @@ from citypv.core.world.compute_world import compute_world
 from citypv.core.world.draw_world import PICTURES
 from citypv.core.world.draw_world_maps import (
     draw_world_map,
-    edges,
     find_gain,
     join_at_date_line,
     map_of,
@@ -126,7 +125,6 @@ def test_places_are_found_across_the_date_line():
     values[1, 0] = np.nan
     assert nearest_place(values, 19, 178) == (0, 0)
     assert nearest_place(values * np.nan, 0, 0) is None
-    assert edges(np.array([10.0, 20.0])).tolist() == [5, 15, 25]
     assert [write_degrees(value, "E", "W") for value in (-10.5, 0, 20)] == ["10.5°W", "0°", "20°E"]
 
 
