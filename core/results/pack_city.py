@@ -8,16 +8,15 @@ import json
 import zlib
 
 import numpy as np
+import pandas as pd
 from scipy.spatial import cKDTree
 
-from ..city.classify import ORIENTATIONS, SMALLEST_ELIGIBLE_AREA
+from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
-from ..city.racks import find_racked_roofs
-from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
-from .read_results import MONTHS, in_order, kind_title, select_mounted
+from .read_results import MONTHS, REASONS, explain_faces, in_order, kind_title, select_mounted
 
 COLOUR_MAP = "viridis"
 GROUND_STEPS = 40  # of the ground's heights along each side
@@ -35,18 +34,6 @@ SINGLE = {
     "ground": "Ground",
 }
 FLAT = "modules lie flat; not among the totals of the city"
-REASONS = {  # of surfaces that do not count, the first that holds
-    "ground": "it is ground",
-    "downward": "it faces downwards",
-    "racked": "racks stand on it and count in its place",
-    "small": f"it is smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
-    "covered": f"more than {MOST_COVERED:.0%} of it lies inside or against a building",
-    "cramped": f"more than {MOST_COVERED:.0%} of it is covered or has another face too close before it",
-    "steep": "it is too steep for a roof and no wall",
-    "turned": "it faces none of the directions that count",
-    "unknown": "it has no full load hours",
-    "other": "the run leaves it out",
-}
 
 
 def pack_city(results, change=None):
@@ -77,7 +64,7 @@ def pack_city(results, change=None):
         "building": building,
         "kind": faces["kind"].map(kinds.index).to_numpy(),
         "side": faces["orientation"].map(sides.index).to_numpy(),
-        "reason": explain_faces(faces, mounted),
+        "reason": number_reasons(faces, mounted),
     } | values
     if change is not None:
         sums = change.groupby("building_id")["mwh_change"].sum().reindex(buildings)
@@ -141,24 +128,11 @@ def measure_faces(results, mounted):
     return values | {f"month_{number:02d}": own for number, own in enumerate(months, 1)}
 
 
-def explain_faces(faces, mounted):
+def number_reasons(faces, mounted):
     """Place in the header's reasons of what is to be said of each surface, (n,) int; 0: it counts."""
-    area, covered, kind = faces["area"], faces["covered_share"], faces["kind"]
-    holds = {
-        "ground": kind == "ground",
-        "downward": kind == "downward",
-        "racked": (kind == "flat") & find_racked_roofs(faces["surface_id"].tolist(), kind),
-        "small": area < SMALLEST_ELIGIBLE_AREA,
-        "covered": covered > MOST_COVERED,
-        "cramped": faces["open_area"] < (1 - MOST_COVERED) * area,
-        "steep": kind == "steep",
-        "turned": kind.isin(("facade", "roof")) & (faces["orientation"] == "none"),
-        "unknown": faces["full_load_hours"].isna(),
-        "other": np.ones(len(faces), bool),
-    }
-    reason = np.select([np.asarray(holds[name]) for name in REASONS], np.arange(len(REASONS)) + 2)
+    reason = np.array(pd.Index(REASONS).get_indexer(explain_faces(faces))) + 2
     carries = mounted.index.to_numpy()
-    reason[carries] = (faces["eligible"][carries] != "true").to_numpy().astype(int)
+    reason[carries] = faces["eligible"][carries] != "true"
     return reason
 
 

@@ -16,8 +16,7 @@ from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
-from .surfaces_file import AGAIN, CURE, read_surfaces, read_texts
-from .write_tables import WHOLE
+from .surfaces_file import AGAIN, CURE, read_surfaces
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
@@ -34,7 +33,6 @@ SECTIONS = {  # of summary.json, and what must stand in each
     "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp", "kinds", "without_modules", "dark"),
 }
 PLACE = ("latitude", "longitude")
-TOLERANCE = 0.01  # by which hours in two files of one run may differ: both are rounded
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 TITLES = {
@@ -43,6 +41,18 @@ TITLES = {
     "steep": "Steep roofs",
     "rack": "Racks on flat roofs",
     "flat": "Flat roofs",
+}
+REASONS = {  # of surfaces that do not count, the first that holds
+    "ground": "it is ground",
+    "downward": "it faces downwards",
+    "racked": "racks stand on it and count in its place",
+    "small": f"it is smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
+    "covered": f"more than {MOST_COVERED:.0%} of it lies inside or against a building",
+    "cramped": f"more than {MOST_COVERED:.0%} of it is covered or has another face too close before it",
+    "steep": "it is too steep for a roof and no wall",
+    "turned": "it faces none of the directions that count",
+    "unknown": "it has no full load hours",
+    "other": "the run leaves it out",
 }
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
@@ -90,10 +100,9 @@ def read_results(folder):
     groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
-    times, interval, sums = read_times(folder / "timeseries.nc")
-    compare_hours(folder / "timeseries.nc", groups, sums * (interval / pd.Timedelta(hours=1)), summary)
+    axis = read_times(folder / "timeseries.nc")
     light = read_surfaces(folder, faces["surface_id"].tolist())
-    return Results(folder.absolute().name, faces, groups, summary, times, interval, *light)
+    return Results(folder.absolute().name, faces, groups, summary, *axis, *light)
 
 
 def read_summary(path):
@@ -173,32 +182,16 @@ def check_columns(path, table, texts, numbers):
 
 
 def read_times(path):
-    """Time axis of timeseries.nc, its interval, and the sum over time of each group's capacity factors."""
+    """Time axis of timeseries.nc, and its interval."""
     try:
         with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64)  # (T, 2) [s] since 1970
-            factors = np.asarray(file["capacity_factor"][:], float)  # (T, g)
-            names = read_texts(file["group"])
     except (OSError, KeyError, IndexError, ValueError) as error:
         raise InputError(path, f"cannot be read as a time series of CityPV ({error})", CURE) from error
     if len(bounds) == 0:
         raise InputError(path, "holds no times", CURE)
     times = pd.to_datetime(bounds[:, 0], unit="s", utc=True)
-    interval = pd.Timedelta(seconds=int(bounds[0, 1] - bounds[0, 0]))
-    return times, interval, pd.Series(factors.sum(axis=0), index=names)
-
-
-def compare_hours(path, groups, hours, summary):
-    """Refuse a time series whose sums are not the annual hours of groups.csv."""
-    years = summary["weather"].get("years") or 1.0
-    annual = groups[groups["period"] == "annual"]
-    expected = dict(zip(annual["kind"] + "_" + annual["orientation"], annual["full_load_hours"], strict=True))
-    hours = hours.drop(WHOLE, errors="ignore")
-    same = set(expected) == set(hours.index)
-    if not same or any(
-        abs(hours[name] / years - value) > TOLERANCE * max(value, 1) for name, value in expected.items()
-    ):
-        raise InputError(path, "does not belong to the groups.csv beside it", CURE)
+    return times, pd.Timedelta(seconds=int(bounds[0, 1] - bounds[0, 0]))
 
 
 def tabulate_periods(groups, period):
@@ -246,14 +239,29 @@ def select_mounted(faces):
         kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
         The rows keep the index of `faces`.
     """
-    flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST_ELIGIBLE_AREA)
-    flat &= (faces["covered_share"] <= MOST_COVERED) & (faces["open_area"] >= (1 - MOST_COVERED) * faces["area"])
-    flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
+    flat = (faces["kind"] == "flat") & (explain_faces(faces) == "other")
     known = faces["full_load_hours"].notna() & (faces["open_area"] > 0)
     chosen = faces[((faces["eligible"] == "true") | flat) & known]
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     hours = chosen["full_load_hours"] * chosen["area"] / chosen["open_area"]
     return pd.DataFrame({"kind": chosen["kind"], "area": chosen["open_area"], "full_load_hours": hours})
+
+
+def explain_faces(faces):
+    """The first of the reasons not to carry modules that holds for each row of faces.csv: (n,) str, of `REASONS`."""
+    area, kind = faces["area"], faces["kind"]
+    holds = {
+        "ground": kind == "ground",
+        "downward": kind == "downward",
+        "racked": (kind == "flat") & find_racked_roofs(faces["surface_id"].tolist(), kind),
+        "small": area < SMALLEST_ELIGIBLE_AREA,
+        "covered": faces["covered_share"] > MOST_COVERED,
+        "cramped": faces["open_area"] < (1 - MOST_COVERED) * area,
+        "steep": kind == "steep",
+        "turned": kind.isin(("facade", "roof")) & (faces["orientation"] == "none"),
+        "unknown": faces["full_load_hours"].isna(),
+    }
+    return np.select(list(map(np.asarray, holds.values())), list(holds), "other")
 
 
 def tabulate_histograms(mounted):

@@ -64,7 +64,7 @@ SECTIONS = {
     "Over the year and the day": ("months", "day", "sun-path"),
     "How the hours are spread over the area": ("histograms",),
 }
-WEB = Path(__file__).parent / "web"
+WEB, NONE = Path(__file__).parent / "web", "'none'"
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
 TOO_LARGE = (
     "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take {size:.0f} MB, of which "
@@ -115,14 +115,19 @@ def fill_page(title, body, data=""):
     """A page that may load nothing, and run nothing but the 3D view, where there is `data` of `pack_city`: str."""
     codes = [read_web("three.js"), read_web("viewer.js") + read_web("report.js")] if data else []
     scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
-    style, allowed = read_web("page.css") + read_web("viewer.css"), " ".join(map(hash_source, codes)) or "'none'"
+    allowed = f"script-src {' '.join(map(hash_source, codes)) or NONE}; img-src data:"
+    return fill_template(title, body, [*scripts, *(f"<script>{code}</script>" for code in codes)], allowed)
+
+
+def fill_template(title, body, scripts, allowed):
+    """A page with scripts as HTML, of which its Content-Security-Policy says what is `allowed`: str."""
+    style = read_web("page.css") + read_web("viewer.css")
     return Template(read_web("page.html")).substitute(
-        policy=f"default-src 'none'; script-src {allowed}; style-src {hash_source(style)}; img-src data:; "
-        "base-uri 'none'; form-action 'none'",
+        policy=f"default-src {NONE}; {allowed}; style-src {hash_source(style)}; base-uri {NONE}; form-action {NONE}",
         title=escape(title),
         style=style,
         body=body,
-        scripts="\n".join([*scripts, *(f"<script>{code}</script>" for code in codes)]),
+        scripts="\n".join(scripts),
     )
 
 

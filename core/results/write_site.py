@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
-from string import Template
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,19 +23,18 @@ from ..settings.version import __version__
 from .compare_runs import list_differences
 from .describe_run import describe_assumptions, describe_windows
 from .output_folder import whole_folder
-from .pack_city import describe_view, explain_faces, list_layers, measure_faces
+from .pack_city import describe_view, list_layers, measure_faces, number_reasons
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary, select_mounted
 from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
-from .write_report import WEB, compose_errors, hash_source, list_warnings, paragraph, read_web, section, table
+from .write_report import WEB, compose_errors, fill_template, list_warnings, paragraph, read_web, section, table
 
 SHARD = 1000  # buildings in a file of the index, and in that of the largest
 MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = "The licence of the city model is not stated. Whoever publishes this map has to see to it."
-TITLE = "Solar map"
 FROM_FILE = ", which are those of faces.csv for the area that counts"
 
 
@@ -189,7 +187,7 @@ def write_tiles(work, store, frame, summary, *, look, private):
         columns = tabulate_columns(piece, summary, look["enums"])
         store.describe_buildings(list_buildings(piece, columns, private))
         if not private:
-            columns |= {name: piece.faces[name].tolist() for name in ("surface_id", "building_id")}
+            columns |= {name: piece.faces[name].to_numpy(object) for name in ("surface_id", "building_id")}
         return write_square(tiles, (x, y), piece, columns, look)
 
     whole = write_below(top, 0, 0)
@@ -203,7 +201,7 @@ def tabulate_columns(piece, summary, enums):
     places = {
         "kind": [enums["kind"].index(kind) for kind in piece.faces["kind"]],
         "orientation": [enums["orientation"].index(side) for side in piece.faces["orientation"]],
-        "reason": explain_faces(piece.faces, mounted),
+        "reason": number_reasons(piece.faces, mounted),
     }
     columns = {"building": piece.faces["building"].to_numpy(np.uint32)}
     columns |= {name: np.asarray(numbers, np.uint8) for name, numbers in places.items()}
@@ -257,15 +255,9 @@ def write_page(work, basis):
     for name in SCRIPTS:
         shutil.copyfile(WEB / name, work / "page" / name)
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
-    style = read_web("page.css") + read_web("viewer.css")
-    page = Template(read_web("page.html")).substitute(
-        policy=f"default-src 'none'; script-src 'self'; connect-src 'self'; style-src {hash_source(style)}; "
-        "base-uri 'none'; form-action 'none'",
-        title=TITLE,
-        style=style,
-        body="\n".join([read_web("viewer.html").replace(FROM_FILE, ""), basis]),
-        scripts="\n".join(f'<script src="page/{name}"></script>' for name in SCRIPTS),
-    )
+    body = "\n".join([read_web("viewer.html").replace(FROM_FILE, ""), basis])
+    scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
+    page = fill_template("Solar map", body, scripts, "script-src 'self'; connect-src 'self'")
     (work / "index.html").write_text(page, "utf-8", newline="\n")
 
 
