@@ -81,7 +81,17 @@ def compare_runs(before, after, errors=None):
     states = [pd.concat([one.faces[TEXTS], yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
-    return Comparison(table, buildings, summarise_comparison(table, buildings, before, after), after)
+    traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
+    names = {name for name, *_ in declared_settings("light", "effects")}
+    summary = {
+        "before": before.name,
+        "after": after.name,
+        "weather": after.summary["weather"]["label"],
+        "sums": sum_states(table, buildings),
+        "unit": "MWh per year",
+        "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
+    }
+    return Comparison(table, buildings, summary, after)
 
 
 def compare_surfaces(before, after, match, errors=None):
@@ -102,15 +112,13 @@ def compare_surfaces(before, after, match, errors=None):
         A row for each surface of the later state, in its order, then those that are gone: their texts, the state, hours
         [h] and energy [MWh] before and after, the change and its standard error.
     """
-    gone = np.setdiff1d(np.arange(len(before)), match[match >= 0])
-    later, earlier = after[YIELDS], before[YIELDS]
-    paired = earlier.reindex(np.where(match >= 0, match, -1)).reset_index(drop=True)
+    gone = np.setdiff1d(np.arange(len(before)), match)
     texts = [name for name in after.columns if name not in YIELDS]
     table = pd.concat([after[texts], before[texts].iloc[gone]], ignore_index=True)
     table.insert(2, "state", [EXISTING if row >= 0 else NEW for row in match] + [GONE] * len(gone))
-    none = pd.DataFrame(np.nan, index=range(len(gone)), columns=later.columns)
-    olds = pd.concat([paired, earlier.iloc[gone]], ignore_index=True)
-    news = pd.concat([later, none], ignore_index=True)
+    # NaN where a state lacks the surface: there is no row -1.
+    olds = before[YIELDS].reindex([*match, *gone]).reset_index(drop=True)
+    news = after[YIELDS].reindex(range(len(table)))
     for name in ("full_load_hours", "mwh"):
         table[f"{name}_before"], table[f"{name}_after"] = olds[name], news[name]
         table[f"{name}_change"] = news[name].fillna(0) - olds[name].fillna(0)
@@ -118,7 +126,7 @@ def compare_surfaces(before, after, match, errors=None):
         # Surfaces that no changed ray reached have the same bits, and differ by nothing.
         error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0)).to_numpy(copy=True)
         if errors is not None:
-            own = errors if name == "full_load_hours" else errors * later["mwh_per_hour"].to_numpy()
+            own = errors if name == "full_load_hours" else errors * after["mwh_per_hour"].to_numpy()
             error[: len(match)] = np.where((match >= 0) & np.isfinite(own), own, error[: len(match)])
         table[f"{name}_change_standard_error"] = np.where(olds[name] == news[name], 0.0, error)
     lone = table["state"] != EXISTING
@@ -234,20 +242,6 @@ def sum_energy(own):
     for side, kinds in SIDES.items():
         sums[f"mwh_change_{side}"] = float(own.loc[own["kind"].isin(kinds), "mwh_change"].sum())
     return sums
-
-
-def summarise_comparison(table, buildings, before, after):
-    """Sums [MWh per year] over the buildings of each state and over all, and what was compared: dict."""
-    traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
-    names = {name for name, *_ in declared_settings("light", "effects")}
-    return {
-        "before": before.name,
-        "after": after.name,
-        "weather": after.summary["weather"]["label"],
-        "sums": sum_states(table, buildings),
-        "unit": "MWh per year",
-        "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
-    }
 
 
 def sum_states(table, buildings):

@@ -108,9 +108,8 @@ def frame_plan(axes, lower, upper):
     size = upper - lower
     margin = 0.03 * max(size)
     x, y, right = lower[0], lower[1] - 1.6 * margin, upper[0] - margin
-    axes.set_xlim(lower[0] - margin, upper[0] + margin)
-    axes.set_ylim(lower[1] - 2.4 * margin, upper[1] + margin)
-    axes.set_aspect("equal")
+    xlim, ylim = (lower[0] - margin, upper[0] + margin), (lower[1] - 2.4 * margin, upper[1] + margin)
+    axes.set(xlim=xlim, ylim=ylim, aspect="equal")
     axes.set_axis_off()
     length = tick_step(0, 4 * max(SHARE_OF_WIDTH * size[0], 1e-3))
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")

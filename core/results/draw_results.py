@@ -61,12 +61,11 @@ def draw_months(groups):
     matplotlib.figure.Figure
     """
     tables = tabulate_periods(groups, "month")
-    figure, panels = draw_lines(tables, 0.0, lambda side, hours: f"{side}: {hours.sum():,.0f} h a year")
+    words = "Full load hours in the month [h]"
+    figure, panels = draw_lines(tables, 0.0, lambda side, hours: f"{side}: {hours.sum():,.0f} h a year", words)
     for axes in panels:
         axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
         axes.margins(x=0.02)
-    for axes in panels[::ABREAST]:
-        axes.set_ylabel("Full load hours in the month [h]")
     return figure
 
 
@@ -82,17 +81,14 @@ def draw_day(groups):
     -------
     matplotlib.figure.Figure
     """
-    figure, panels = draw_lines(tabulate_periods(groups, "solar_hour"), 0.5, lambda side, hours: side)
+    tables, words = tabulate_periods(groups, "solar_hour"), "Full load hours in a year [h]"
+    figure, panels = draw_lines(tables, 0.5, lambda side, hours: side, words)
     for axes in panels:
-        axes.set_xlabel("Hour of the day, local solar time")
-        axes.set_xticks(np.arange(0, 25, 3))
-        axes.set_xlim(0, 24)
-    for axes in panels[::ABREAST]:
-        axes.set_ylabel("Full load hours in a year [h]")
+        axes.set(xlabel="Hour of the day, local solar time", xticks=np.arange(0, 25, 3), xlim=(0, 24))
     return figure
 
 
-def draw_lines(tables, shift, label):
+def draw_lines(tables, shift, label, words):
     """A line for each orientation in a panel for each kind: the figure and its panels.
 
     Parameters
@@ -103,6 +99,8 @@ def draw_lines(tables, shift, label):
         Added to the indices.
     label : callable
         Takes the orientation and its hours.
+    words : str
+        For the axes of the hours.
     """
     rows = -(-len(tables) // ABREAST)
     figure = make_figure(10, 3.9 * max(rows, 1))
@@ -110,6 +108,8 @@ def draw_lines(tables, shift, label):
     for axes in panels[len(tables) :]:
         axes.remove()
     panels = panels[: len(tables)]
+    for axes in panels[::ABREAST]:
+        axes.set_ylabel(words)
     for axes, (kind, table) in zip(panels, tables.items(), strict=True):
         for side, hours in table.items():
             words = label("all" if side == "none" else side, hours)
@@ -145,8 +145,7 @@ def draw_histograms(faces):
         mean = np.average(own["full_load_hours"], weights=own["area"])
         axes.axvline(mean, color=LINE, linestyle=(0, (4, 2)), linewidth=1.3)
         axes.set_title(f"{kind_title(kind)}\nmean {mean:,.0f} h, {own['area'].sum():,.0f} m²", fontsize=10)
-        axes.set_xlim(0, edges[-1])
-        axes.set_xlabel("Full load hours a year [h]")
+        axes.set(xlim=(0, edges[-1]), xlabel="Full load hours a year [h]")
         axes.grid(visible=False, axis="x")
         axes.yaxis.set_major_formatter("{x:,.0f}")
     for axes in panels[:1]:
@@ -173,7 +172,7 @@ def draw_prices(listed, path):
                 axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
                 axes.annotate(one.name.capitalize(), (one.seconds, one.error), (6, 6), textcoords="offset points")
         make_logarithmic(axes)
-        axes.set_xlabel("Seconds of the whole run (predicted)")
-        axes.set_ylabel("Error of full load hours on 95 % of the eligible area [%]")
+        words = "Error of full load hours on 95 % of the eligible area [%]"
+        axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)
         axes.legend()
         figure.savefig(path, dpi=DOTS)

@@ -95,10 +95,8 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
     ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
     axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
-    axes.set_xlim(low, low + 360)
-    axes.set_ylim(bottom=0, top=min(axes.get_ylim()[1] + 4, 93))
-    axes.set_xlabel("Azimuth of the sun")
-    axes.set_ylabel("Elevation of the sun [°]")
+    axes.set(xlim=(low, low + 360), ylim=(0, min(axes.get_ylim()[1] + 4, 93)))
+    axes.set(xlabel="Azimuth of the sun", ylabel="Elevation of the sun [°]")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=4, fontsize=8.5)
     return figure
 

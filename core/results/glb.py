@@ -64,7 +64,9 @@ def plain_material(colour, **more):
 
 
 def pack_glb(document, buffer):
-    """Bytes of a file: the document with the views of the buffer, and the buffer."""
+    """Bytes of a file: the document, all of whose nodes are its scene, with the views of the buffer, and the buffer."""
+    document["asset"] |= {"version": "2.0", "generator": "CityPV"}
+    document |= {"scene": 0, "scenes": [{"nodes": list(range(len(document["nodes"])))}]}
     document |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
     document |= {"buffers": [{"byteLength": len(buffer.data)}]}
     text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")

@@ -142,11 +142,10 @@ def read_rays(folder):
             raise
         raise InputError(path, f"cannot be read ({error})", CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
-    request = Request(**found["request"])
-    known = {name: found[name] for name in ("city", "scene", "names", "decisions", "traced", "trail")}
-    kept = KeptRays(request=request, **known)
+    request, files = Request(**found.pop("request")), found.pop("files")
+    kept = KeptRays(request=request, **found)
     weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)
-    for name, (file_name, data) in found["files"].items():
+    for name, (file_name, data) in files.items():
         own = Path(place, Path(file_name).name)
         own.write_bytes(data.tobytes())
         setattr(request, name, str(own))
@@ -189,5 +188,5 @@ def decode(value, array):
         return TYPES[value["type"]](**{name: decode(one, array) for name, one in value["fields"].items()})
     if "dict" in value:
         return {decode(key, array): decode(one, array) for key, one in value["dict"]}
-    kind = "list" if "list" in value else "tuple"
-    return {"list": list, "tuple": tuple}[kind](decode(one, array) for one in value[kind])
+    kind = list if "list" in value else tuple
+    return kind(decode(one, array) for one in value[kind.__name__])

@@ -66,10 +66,7 @@ def write_square(folder, place, piece, columns, look):
     box = bound(shapes.corners, ground.corners)
 
     def compose(rows, columns, with_ground):
-        values = {
-            key: [column[row] for row in rows] if isinstance(column, list) else column[rows]
-            for key, column in columns.items()
-        }
+        values = {key: column[rows] for key, column in columns.items()}
         return compose_tile(shapes.take(rows, count), values, ground if with_ground else None, middle, **look)
 
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []

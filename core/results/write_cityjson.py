@@ -1,8 +1,10 @@
 """Write city.city.json: the city as read, with full load hours of every surface, in CityJSON 2.0."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pyproj
 
 from ..city.classify import find_footprints
@@ -51,28 +53,26 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
     whole, scale = np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
-    index = index.reshape(-1).tolist()
+    boundaries, surfaces = list_boundaries(city, index.reshape(-1).tolist()), describe_surfaces(city, transfer, energy)
     members = {}
     for polygon, building in enumerate(city.building_id):
         lod = (city.lod[polygon] if city.lod else "") or "2"
         lod = HIGHEST_LOD if lod.startswith("4") else lod
         members.setdefault(building, {}).setdefault(lod, []).append(polygon)
-    tabled = [column for column in TABLED if column.kind == "number"]
-    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
-    floors = find_footprints(transfer.surfaces, city, city.points)
-    types = [
-        own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
-        for own, kind, floor in zip(transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True)
-    ]
-    described = transfer.surfaces, types, (columns, energy.full_load_hours_by_month, energy.eligible)
     sums, objects = sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"), {}
     for number, (building, levels) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
-        objects[building] = {
-            "type": "Building",
-            "attributes": describe_building(sums.loc[building]),
-            "geometry": [describe_geometry(city, *level, index, described) for level in sorted(levels.items())],
-        }
+        geometry = [
+            {
+                "type": "MultiSurface",
+                "lod": lod,
+                "boundaries": [boundaries[k] for k in own],
+                "semantics": {"surfaces": [surfaces[k] for k in own], "values": list(range(len(own)))},
+            }
+            for lod, own in sorted(levels.items())
+        ]
+        attributes = describe_building(sums.loc[building])
+        objects[building] = {"type": "Building", "attributes": attributes, "geometry": geometry}
     low, high = city.points.min(axis=0), city.points.max(axis=0)
     metadata = {
         "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {weather.label}",
@@ -111,35 +111,31 @@ def distinct_ring(corners):
     return kept if len(set(kept)) > 2 else corners
 
 
-def describe_geometry(city, lod, polygons, index, described):
-    """A MultiSurface of some polygons of a building, all of one level of detail; `index` holds their vertices."""
-    boundaries = [
-        [
-            distinct_ring(index[city.ring_start[ring] : city.ring_start[ring + 1]])
-            for ring in range(city.polygon_start[polygon], city.polygon_start[polygon + 1])
-        ]
-        for polygon in polygons
+def list_boundaries(city, index):
+    """Rings of each polygon, of the vertices that `index` names for its corners: list of list of list of int."""
+    rings = [distinct_ring(index[first:last]) for first, last in pairwise(city.ring_start)]
+    return [rings[first:last] for first, last in pairwise(city.polygon_start)]
+
+
+def describe_surfaces(city, transfer, energy):
+    """Semantic surface of each polygon: list of dict."""
+    floors = find_footprints(transfer.surfaces, city, city.points)
+    types = [
+        own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
+        for own, kind, floor in zip(transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True)
     ]
-    surfaces, types, (columns, by_month, eligible) = described
-    semantics = []
-    for polygon in polygons:
-        one = {
-            "type": types[polygon],
-            "id": surfaces.surface_id[polygon],
-            PREFIX + "kind": str(surfaces.kind[polygon]),
-            PREFIX + "orientation": str(surfaces.orientation[polygon]),
-            PREFIX + "eligible": bool(eligible[polygon]),
-        }
-        one |= {PREFIX + name: short(row[polygon]) for name, row in columns.items() if np.isfinite(row[polygon])}
-        if np.isfinite(by_month[polygon]).all():
-            one[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month[polygon]]
-        semantics.append(one)
-    return {
-        "type": "MultiSurface",
-        "lod": lod,
-        "boundaries": boundaries,
-        "semantics": {"surfaces": semantics, "values": list(range(len(semantics)))},
-    }
+    table = pd.DataFrame({"type": types, "id": transfer.surfaces.surface_id})
+    for column in TABLED:
+        if column.name not in ("surface_id", "building_id"):
+            table[PREFIX + column.name] = column_values(column, transfer, energy)
+    found = [
+        {name: short(value) if isinstance(value, float) else value for name, value in row.items() if value is not None}
+        for row in table.astype(object).where(table.notna(), None).to_dict("records")
+    ]
+    for one, by_month in zip(found, energy.full_load_hours_by_month, strict=True):
+        if np.isfinite(by_month).all():
+            one[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
+    return found
 
 
 def describe_building(sums):

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyproj
 import shapely
 
@@ -59,23 +60,20 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
     shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
     columns, rows = TABLED, sum_buildings(transfer, energy, system, weather)
     types = dict.fromkeys(rows, "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
-    tables = {  # SQL types and values by column
-        "surfaces": (
-            {column.name: TYPES[column.kind] for column in columns},
-            {column.name: np.asarray(column_values(column, transfer, energy)).tolist() for column in columns},
-        ),
-        "buildings": (types, {name: rows[name].tolist() for name in types}),
+    surfaces = pd.DataFrame({column.name: column_values(column, transfer, energy) for column in columns})
+    layers = {  # name -> columns, their SQL types, geometries
+        "surfaces": (surfaces, {column.name: TYPES[column.kind] for column in columns}, shapes),
+        "buildings": (rows, types, draw_footprints(city, shapes, rows["building_id"])),
     }
-    drawn = {"surfaces": shapes, "buildings": draw_footprints(city, shapes, tables["buildings"][1]["building_id"])}
     with closing(sqlite3.connect(path)) as file, file:
         file.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         file.execute(f"PRAGMA user_version = {VERSION}")
         file.executescript(TABLES)
         number = write_system(file, city.crs)
-        for done, (name, (kinds, columns)) in enumerate(tables.items()):
-            progress(STAGE, done, len(tables), "layers")
-            write_layer(file, (name, number, f"weather: {weather.label}"), kinds, columns, drawn[name])
-        progress(STAGE, len(tables), len(tables), "layers")
+        for done, (name, layer) in enumerate(layers.items()):
+            progress(STAGE, done, len(layers), "layers")
+            write_layer(file, (name, number, f"weather: {weather.label}"), *layer)
+        progress(STAGE, len(layers), len(layers), "layers")
 
 
 def draw_footprints(city, shapes, names):
@@ -85,7 +83,7 @@ def draw_footprints(city, shapes, names):
     ----------
     city : City
     shapes : (n,) array of shapely.Polygon
-    names : list of str
+    names : sequence of str
         Of the buildings.
     """
     flat = shapely.make_valid(shapely.force_2d(shapes))
@@ -116,7 +114,7 @@ def write_system(file, crs):
     return number
 
 
-def write_layer(file, layer, kinds, columns, shapes):
+def write_layer(file, layer, table, types, shapes):
     """Write a layer and its entries in the tables of contents.
 
     Parameters
@@ -124,8 +122,9 @@ def write_layer(file, layer, kinds, columns, shapes):
     file : sqlite3.Connection
     layer : tuple
         Name, srs_id and description.
-    kinds, columns : dict
-        SQL types, and lists of values.
+    table : pandas.DataFrame
+        Columns, of which `types` holds the SQL types.
+    types : dict
     shapes : (n,) array of shapely geometries
     """
     name, number, description = layer
@@ -137,12 +136,9 @@ def write_layer(file, layer, kinds, columns, shapes):
         "INSERT INTO gpkg_contents VALUES (?, 'features', ?, ?, ?, ?, ?, ?, ?, ?)",
         (name, name, description, now, *box, number),
     )
-    declared = "".join(f', "{column}" {sort}' for column, sort in kinds.items())
-    file.execute(f'CREATE TABLE "{name}" (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {kind}{declared})')
     file.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)", (name, kind, number, int(spatial)))
-    values = [columns[column] for column in kinds]  # SQLite stores NaN as NULL
-    marks = ", ".join("?" * (len(kinds) + 1))
-    names = ", ".join(f'"{column}"' for column in ("geom", *kinds))
     heads = (struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | EMPTY * shape.is_empty, number) for shape in shapes)
     packed = map(bytes.__add__, heads, shapely.to_wkb(shapes, output_dimension=3, byte_order=1, flavor="iso"))
-    file.executemany(f'INSERT INTO "{name}" ({names}) VALUES ({marks})', zip(packed, *values, strict=True))
+    table = table.assign(fid=np.arange(1, len(table) + 1), geom=list(packed))
+    types = {"fid": "INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL", "geom": kind, **types}
+    table[list(types)].to_sql(name, file, index=False, dtype=types)  # NaN becomes NULL

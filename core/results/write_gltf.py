@@ -63,10 +63,8 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         **{name: getattr(scene.site, name) for name in ("crs", "convergence", "latitude", "longitude")},
     }
     document = {
-        "asset": {"version": "2.0", "generator": "CityPV", "extras": extras},
+        "asset": {"extras": extras},
         "extensionsUsed": ["KHR_materials_unlit"],
-        "scene": 0,
-        "scenes": [{"nodes": list(range(len(names)))}],
         "nodes": [{"name": name, "mesh": k} for k, name in enumerate(names)],
         "meshes": meshes,
         "materials": [plain_material((1, 1, 1), name="full load hours")],

@@ -33,7 +33,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     ----------
     shapes : Shapes
     columns : dict of str to array
-        A value for each feature: (n,) float32, uint8 or uint32, or list of str. Of `hours` are the colours; of `tilt`
+        A value for each feature: (n,) float32, uint8, uint32 or str. Of `hours` are the colours; of `tilt`
         and `azimuth` [°], where they are there, the shade.
     ground : (Shapes of one feature) or None
     middle : (3,) float [m]
@@ -65,11 +65,9 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     }
     east, north, up = (float(value) for value in middle)
     document = {
-        "asset": {"version": "2.0", "generator": "CityPV", **({"copyright": copyright} if copyright else {})},
+        "asset": {"copyright": copyright} if copyright else {},
         "extensionsUsed": ["EXT_mesh_features", "EXT_structural_metadata", "KHR_materials_unlit"],
         "extensions": {"EXT_structural_metadata": metadata},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0, "translation": [east, up, -north]}],
         "meshes": [{"primitives": primitives}],
         "materials": [plain_material((1, 1, 1)), plain_material(linear_light(srgb_colour(GROUND)))],
@@ -98,7 +96,7 @@ def colour_features(columns, level):
 
 def store_column(buffer, values):
     """Property of the table: its views."""
-    if isinstance(values, list):
+    if values.dtype.kind == "O":
         texts = [text.encode("utf-8", "replace") for text in values]
         offsets = np.cumsum([0, *map(len, texts)]).astype("<u4")
         # A view may not be empty.
@@ -113,7 +111,7 @@ def describe_columns(columns, enums):
     """Schema of the property table: dict."""
     found = {}
     for name, values in columns.items():
-        if isinstance(values, list):
+        if values.dtype.kind == "O":
             found[name] = {"type": "STRING"}
         elif name in enums:
             found[name] = {"type": "ENUM", "enumType": name}
