@@ -103,11 +103,8 @@ def draw_world_day(dataset):
         None where there is no place with weather near the latitudes.
     """
     values = dataset["full_load_hours_by_solar_hour"]
-    places = []
-    for latitude in DAY_LATITUDES:
-        near = nearest_place(values, latitude, MERIDIAN)
-        if near and abs(values["latitude"][near[0]] - latitude) <= FURTHEST:
-            places.append(values[near])
+    near = [(latitude, nearest_place(values, latitude, MERIDIAN)) for latitude in DAY_LATITUDES]
+    places = [values[at] for wanted, at in near if at and abs(values["latitude"][at[0]] - wanted) <= FURTHEST]
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
     if not places:
         return None
