@@ -1,6 +1,6 @@
 """Vertices and nested boundaries of a CityJSON geometry, surface by surface with their semantics."""
 
-from itertools import chain, repeat
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -127,49 +127,29 @@ def walk_boundaries(geometry):
     ValueError
         The boundaries are not nested as the type requires.
     """
-    depth, semantics = DEPTHS[geometry["type"]], geometry.get("semantics")
+    semantics = geometry.get("semantics")
     known = semantics if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list) else {}
-    values, kinds = known.get("values"), known.get("surfaces", [])
-    found = list(_walk(geometry.get("boundaries"), values, depth))
-    matching = (semantics is None or bool(known)) and _nested_alike(values, geometry["boundaries"], depth)
-    leaves = [leaf for _, leaf, _ in found]
-    if not matching and len(ordered := _leaves(values)) == len(found):
-        leaves = ordered  # nested differently, but one per surface: their order is clear
-    sound = [type(leaf) is int and 0 <= leaf < len(kinds) and isinstance(kinds[leaf], dict) for leaf in leaves]
-    surfaces = [
-        Surface(rings, kinds[leaf] if good else {}, inner)
-        for (rings, _, inner), leaf, good in zip(found, leaves, sound, strict=True)
-    ]
-    return surfaces, matching and all(good or leaf is None for good, leaf in zip(sound, leaves, strict=True))
+    kinds, surfaces, matching = known.get("surfaces", []), [], semantics is None or bool(known)
+    nested = _walk(geometry.get("boundaries"), known.get("values"), DEPTHS[geometry["type"]])
+    for rings, number, inner, alike in nested:
+        sound = type(number) is int and 0 <= number < len(kinds) and isinstance(kinds[number], dict)
+        surfaces.append(Surface(rings, kinds[number] if sound else {}, inner))
+        matching = matching and alike and (sound or number is None)
+    return surfaces, matching
 
 
-def _walk(boundaries, values, depth, inner=False):
-    """Each surface, the value at its place in lists of values or None, and whether its shell is an inner one."""
+def _walk(boundaries, values, depth, inner=False, alike=True):
+    """Each surface, the value at its place in lists of values or None, and two flags.
+
+    The first: its shell is an inner one. The second: lists of values are as long as those of the boundaries; null may
+    stand for all of a list.
+    """
     if not isinstance(boundaries, list):
         raise ValueError("boundaries not nested as required by the geometry type")
+    alike = alike and (values is None or (isinstance(values, list) and len(values) == len(boundaries)))
     for k, below in enumerate(boundaries):
         value = values[k] if isinstance(values, list) and k < len(values) else None
         if depth:
-            yield from _walk(below, value, depth - 1, k > 0)
+            yield from _walk(below, value, depth - 1, k > 0, alike)
         else:
-            yield below, value, inner
-
-
-def _nested_alike(values, boundaries, depth):
-    """Whether there is a value for each surface; null may stand for all those of a shell."""
-    if depth < 0:
-        return not isinstance(values, list)
-    alike = isinstance(values, list) and len(values) == len(boundaries)
-    return values is None or (alike and all(map(_nested_alike, values, boundaries, repeat(depth - 1))))
-
-
-def _leaves(values):
-    """All items that are not lists, in order; without recursion, since a file may be nested to any depth."""
-    leaves, stack = [], [values]
-    while stack:
-        value = stack.pop()
-        if isinstance(value, list):
-            stack.extend(reversed(value))
-        else:
-            leaves.append(value)
-    return leaves
+            yield below, value, inner, alike

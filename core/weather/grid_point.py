@@ -110,23 +110,21 @@ def interpolate_point(source, dataset, latitude, longitude, point):
     north = dataset["latitude"].to_numpy().astype(float) - latitude
     # Eastward distance by the shorter way round, so that 359.75° is near 0°.
     east = (dataset["longitude"].to_numpy().astype(float) - longitude + 180.0) % 360.0 - 180.0
-    rows = weigh_neighbours(north, point)
-    columns = weigh_neighbours(east, point)
+    rows, columns = weigh_lines(north, point), weigh_lines(east, point)
     if rows is None or columns is None:
         (south, top), (west, right) = ((dataset[name].min().item(), dataset[name].max().item()) for name in AXES[1:])
         problem = f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid"
         problem += f" ({south:g} to {top:g}° N, {west:g} to {right:g}° E)"
         raise InputError(source, problem, "give weather of the city's own place")
     values = sum(
-        weight_row * weight_column * dataset.isel(latitude=row, longitude=column, drop=True)
-        for (row, weight_row), (column, weight_column) in product(rows, columns)
+        float(rows[row] * columns[column]) * dataset.isel(latitude=row, longitude=column, drop=True)
+        for row, column in product(np.flatnonzero(rows), np.flatnonzero(columns))
     )
-    up, right = (sum(weight * away[line] for line, weight in lines) for away, lines in ((north, rows), (east, columns)))
-    return values, GridPoint(round(latitude + up, 5), round(longitude + right, 5))
+    return values, GridPoint(round(latitude + float(rows @ north), 5), round(longitude + float(columns @ east), 5))
 
 
-def weigh_neighbours(distance, point):
-    """Grid lines around a place along one axis, and their weights.
+def weigh_lines(distance, point):
+    """Weights of the grid lines along one axis for the values at a place.
 
     Parameters
     ----------
@@ -137,20 +135,16 @@ def weigh_neighbours(distance, point):
 
     Returns
     -------
-    list of (int, float) or None
-        Index and weight of one or two lines; None if the place is outside by more than half a cell.
+    numpy.ndarray, (k,) float64, or None
+        Sums to 1; beyond the last line that one counts alone. None if the place is outside by more than half a cell.
     """
-    lines = np.unique(distance)
+    lines, away = np.unique(distance), np.abs(distance)
     cell = np.diff(lines).min() if len(lines) > 1 else CELL
-    nearest = int(np.abs(distance).argmin())
-    if abs(distance[nearest]) > 0.5 * cell + 1e-6:
+    if away.min() > 0.5 * cell + 1e-6:
         return None
+    weight = np.zeros(len(away))
     if point == "nearest":
-        return [(nearest, 1.0)]
-    other = np.where(distance * distance[nearest] < 0, np.abs(distance), np.inf)
-    second = int(other.argmin())
-    # At the grid's edge there is no line on the other side: only the nearest is used.
-    if distance[nearest] == 0 or other[second] > 1.001 * cell:
-        return [(nearest, 1.0)]
-    share = other[second] / (other[second] + abs(distance[nearest]))
-    return [(nearest, float(share)), (second, float(1.0 - share))]
+        weight[away.argmin()] = 1.0
+    else:
+        weight = np.maximum(1.0 - away / cell, 0.0)
+    return weight / weight.sum()

@@ -110,7 +110,7 @@ def test_semantics_tell_which_twin_is_kept(tmp_path, first):
 
 VALUES = {  # nested as the shells, flat, short, long, one for a shell, none, numbers that name nothing
     "nested": ([[0, 0, None, 1, 1, 1]], "RR_WWW", False),
-    "flat": ([0, 0, None, 1, 1, 1], "RR_WWW", True),
+    "flat": ([0, 0, None, 1, 1, 1], "______", True),
     "short": ([[0, 1]], "RW____", True),
     "long": ([[0, 0, None, 1, 1, 1, 1]], "RR_WWW", True),
     "null": ([None], "______", False),
