@@ -6,17 +6,9 @@ import numpy as np
 
 from ..light.kept_matrix import keep_matrix
 from ..light.merge_transfers import MATRICES
-from ..light.transfer import ErrorParts, SourceLight, Transfer
+from ..light.transfer import ErrorParts, SourceLight
 from ..patches.read_albedo import materials_of_surfaces
 
-COLUMNS = (
-    "covered_share",
-    "sky_view_factor",
-    "far_ground_view_factor",
-    "diffuse_relative",
-    "diffuse_relative_standard_error",
-    "direct_annual_standard_error",
-)
 SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
 BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
@@ -43,9 +35,9 @@ def join_tiles(parts, prepared, folder=None):
     whole, seen = None, np.zeros(count, np.int64)
     for rows, part in parts:
         if whole is None:
-            whole = empty_like(part, scene, count, folder)
+            whole = empty_like(part, scene, folder)
         if part.bare is not None and whole.bare is None:  # earlier tiles have no trees that lose their leaves
-            bare = empty_like(part.bare, scene, count, folder)
+            bare = empty_like(part.bare, scene, folder)
             fill_rows(bare, slice(None), whole)
             whole = replace(whole, bare=bare, leaf_months=part.leaf_months)
         fill_rows(whole, rows, part)
@@ -57,37 +49,39 @@ def join_tiles(parts, prepared, folder=None):
     return replace(whole, **materials_of_surfaces(scene, prepared.materials))
 
 
-def empty_like(part, scene, count, folder):
-    """A Transfer with room for all surfaces."""
-    parts = part.error_parts
-    return Transfer(
+def empty_like(part, scene, folder):
+    """A Transfer with room for all surfaces, of one state of the trees."""
+    count, parts = len(scene.surfaces), part.error_parts
+    return replace(
+        part,
         surfaces=scene.surfaces,
-        site=scene.site,
-        suns=part.suns,
-        ground_albedo=part.ground_albedo,
-        **{name: np.zeros(count) for name in COLUMNS},
+        **room_for(part, count),
         **{name: keep_matrix((count, len(part.suns)), folder) for name in MATRICES},
         error_parts=parts and ErrorParts(**room_for(parts, count)),
         sources={name: SourceLight(**room_for(light, count)) for name, light in part.sources.items()},
-        terrain=part.terrain,
-        no_room=np.zeros((count, len(part.clearances))),
-        clearances=part.clearances,
+        **dict.fromkeys(("record", "outlines", "bare")),
+        leaf_months=(),
     )
 
 
 def room_for(columns, count):
-    """Zeros for each array of a dataclass: dict."""
-    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in vars(columns).items()}
+    """Zeros for each array of a dataclass but the matrices of surfaces × suns: dict."""
+    arrays = {name: array for name, array in arrays_of(columns).items() if name not in MATRICES}
+    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
+
+
+def arrays_of(columns):
+    """Arrays of a dataclass by name; each has a row for each surface."""
+    return {name: array for name, array in vars(columns).items() if isinstance(array, np.ndarray)}
 
 
 def fill_rows(whole, rows, part):
     """Write the rows of a tile."""
-    for name in (*COLUMNS, *MATRICES, "no_room"):
-        getattr(whole, name)[rows] = getattr(part, name)
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
-    for columns, own in [*pairs, (whole.error_parts, part.error_parts)]:
-        for name in vars(columns) if columns is not None else ():
-            getattr(columns, name)[rows] = getattr(own, name)
+    pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts else []
+    for columns, own in [(whole, part), *pairs]:
+        for name, array in arrays_of(columns).items():
+            array[rows] = getattr(own, name)
 
 
 def join_records(records, plan, request, figures):

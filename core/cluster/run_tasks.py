@@ -26,14 +26,13 @@ from ..settings.version import __version__
 
 SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
-HOW_TO_START = "start `dask scheduler` there, and `dask worker` on each machine, or give local:N"
+HOW_TO_START = "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
 PATIENCE = 10  # [s] for a cluster to answer
 LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
 LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = "does not accept this machine's key, or finds none", "see docs/guide/many_machines.md, Who may reach it"
-SILENT = f"does not answer within {PATIENCE} s", HOW_TO_START
-FOREIGN = "answers, but is no Dask scheduler", "give the scheduler's port (8786), not its page's"
+SILENT = f"does not answer as a Dask scheduler within {PATIENCE} s", HOW_TO_START
 HASH_LENGTH = 24  # of the hash in the name of a task's file
 DEATHS = 3  # of workers under one task, after which it is given up
 
@@ -79,20 +78,16 @@ def check_cluster(word):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if kind == "address":
         protocol, _, place = word.partition("://")
-        (host, _, port), start = place.rpartition(":"), b""
+        host, _, port = place.rpartition(":")
         try:
             with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
                 # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
                 # ever for one that is silent, and goes on trying where another protocol is spoken.
-                while protocol == "tcp" and len(start) < 8:
-                    more = connection.recv(8 - len(start))
-                    if not more:
-                        raise ConnectionError("closed before it greets")
-                    start += more
+                start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
+            if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+                raise ConnectionError("another protocol")
         except (OSError, OverflowError) as error:
             raise InputError(f"--cluster {word}", *SILENT) from error
-        if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
-            raise InputError(f"--cluster {word}", *FOREIGN)
 
 
 @contextmanager
@@ -150,8 +145,7 @@ def open_remote(address, stack):
         client = Client(address, timeout=PATIENCE, set_as_default=False)  # a default one lingers if it fails
     except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
         # A port that is open on tls:// wants another key, or finds none here; else another protocol is spoken.
-        foreign = SILENT if isinstance(error, OSError | ValueError) else FOREIGN
-        raise InputError(f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else foreign)) from error
+        raise InputError(f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else SILENT)) from error
     stack.enter_context(client)
     try:
         client.wait_for_workers(1, timeout=PATIENCE)

@@ -202,6 +202,39 @@ def average_window(raster, window, shape):
         return np.where(weight > 0, total / weight, np.nan)
 
 
+def read_posts(raster, window, most, unit=1.0):
+    """Heights of a window at posts in the middle of equal parts of it, means over their cells.
+
+    Parameters
+    ----------
+    raster : Raster
+    window : (column, row, width, height)
+    most : int
+        Posts on a side at most; a finer raster is averaged.
+    unit : float
+        Metres per unit of a raster without a coordinate reference system.
+
+    Returns
+    -------
+    heights : (rows, columns) float64 [m]
+        NaN in gaps, which are also where no land can be that low or high.
+    matrix : (2, 3) float64
+        From (column, row, 1) of posts to the raster's system.
+    """
+    column, row, width, height = (int(value) for value in window)
+    shape, factor = (min(height, most), min(width, most)), height_factor(raster, unit)
+
+    def read_land(*cells):
+        heights = raster.read_cells(*cells) * factor
+        with np.errstate(invalid="ignore"):
+            return np.where((heights >= LOWEST) & (heights <= HIGHEST), heights, np.nan)
+
+    heights = average_window(replace(raster, read_cells=read_land), window, shape)
+    wide, high = width / shape[1], height / shape[0]
+    turn, first = raster.matrix[:, :2], (column + wide / 2, row + high / 2)
+    return heights, np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
+
+
 def share_cells(count, wanted):
     """Overlap of so many cells with so many equal intervals over all of them: (wanted, count) sparse array."""
     edges = np.arange(wanted + 1) * (count / wanted)

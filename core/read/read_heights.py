@@ -1,14 +1,14 @@
 """Read the heights of a raster around a place, as grids: fine nearby, at most 4,000 posts wide further out."""
 
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pyproj
 
 from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
 from ..settings.errors import InputError
-from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
+from .open_raster import open_raster, read_posts, window_between
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
@@ -113,26 +113,10 @@ def windows_around(raster, place, distance):
 
 
 def _read_grid(raster, window, middle):
-    crs, path = raster.crs, raster.path
-    column, row, width, height = (int(value) for value in window)
-    shape = (min(height, MOST_POSTS), min(width, MOST_POSTS))
-    factor = height_factor(raster)
-
-    def read_land(*window):
-        """Cells in metres, with gaps where no land can be that low or high."""
-        heights = raster.read_cells(*window) * factor
-        with np.errstate(invalid="ignore"):
-            return np.where((heights >= LOWEST) & (heights <= HIGHEST), heights, np.nan)
-
-    heights = average_window(replace(raster, read_cells=read_land), window, shape)
-    # Whole numbers stand for posts, which lie in the middle of cells.
-    wide, high = width / shape[1], height / shape[0]
-    first = column + wide / 2, row + high / 2
-    turn = raster.matrix[:, :2]
-    matrix = np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
+    heights, matrix = read_posts(raster, window, MOST_POSTS)
     # The smaller distance between neighbouring posts in the middle of the grid.
-    centre = shape[1] / 2, shape[0] / 2
-    posts = np.array([(*centre, 1), (centre[0] + 1, centre[1], 1), (centre[0], centre[1] + 1, 1)])
-    points = transform_crs(posts @ matrix.T, crs, GLOBE, path)
+    column, row = heights.shape[1] / 2, heights.shape[0] / 2
+    posts = np.array([(column, row, 1), (column + 1, row, 1), (column, row + 1, 1)])
+    points = transform_crs(posts @ matrix.T, raster.crs, GLOBE, raster.path)
     _, _, length = pyproj.Geod(ellps="WGS84").inv(*np.repeat(points[:1], 2, axis=0).T, *points[1:].T)
-    return HeightGrid(heights, matrix, crs, float(length.min()), str(path), middle)
+    return HeightGrid(heights, matrix, raster.crs, float(length.min()), str(raster.path), middle)

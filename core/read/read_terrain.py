@@ -9,7 +9,7 @@ from ..city.terrain import HORIZON, Layer, Terrain
 from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
 from ..settings.errors import InputError
 from .open_input import open_input, suffix_of
-from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
+from .open_raster import HIGHEST, LOWEST, open_raster, read_posts, window_between
 from .parse_obj import parse_obj
 from .read_relief import place_layer, read_relief
 
@@ -151,19 +151,16 @@ def _common_unit(raster, crs, unit):
 
 def _read_layer(raster, window, posts, notes, target):
     """Triangles of a window with so many posts on a side at most, in a system and unit as of `read_raster`: Layer."""
-    column, row, width, height = (int(value) for value in window)
-    shape, path, (crs, unit) = (min(height, posts), min(width, posts)), raster.path, target
-    heights = average_window(raster, window, shape) * height_factor(raster, unit)
-    with np.errstate(invalid="ignore"):
-        odd = (heights > HIGHEST) | (heights < LOWEST)
-    if odd.any():
-        notes.append(f"{int(odd.sum())} heights of {path} beyond {LOWEST:,.0f} to {HIGHEST:,.0f} m treated as gaps.")
-    heights[odd] = np.nan
-    if shape != (height, width):
-        notes.append(f"{path}: {width} x {height} posts resampled to {shape[1]} x {shape[0]}.")
-    y, x = np.mgrid[: shape[0], : shape[1]]
-    pixels = column + (x.ravel() + 0.5) * width / shape[1], row + (y.ravel() + 0.5) * height / shape[0]
-    places = np.column_stack([*pixels, np.ones(len(pixels[0]))]) @ raster.matrix.T
+    path, (crs, unit) = raster.path, target
+    heights, matrix = read_posts(raster, window, posts, unit)
+    rows, columns = heights.shape
+    gaps = int(np.isnan(heights).sum())
+    if gaps:
+        notes.append(f"{gaps} posts of {path} without a height of {LOWEST:,.0f} to {HIGHEST:,.0f} m treated as gaps.")
+    if (columns, rows) != tuple(window[2:]):
+        notes.append(f"{path}: {window[2]} x {window[3]} posts resampled to {columns} x {rows}.")
+    y, x = np.mgrid[:rows, :columns]
+    places = np.column_stack([x.ravel(), y.ravel(), np.ones(rows * columns)]) @ matrix.T
     unit = _common_unit(raster, crs, unit)
     places = transform_crs(places, raster.crs, crs, path) if unit is None else places * unit
     return _triangulate(places, heights)

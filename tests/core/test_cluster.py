@@ -233,11 +233,8 @@ def test_a_planted_task_is_not_opened(tmp_path):
 # -- what is said of schedulers that do not answer, of programs that are none, and of errors that workers send back --
 
 
-@pytest.mark.parametrize(
-    ("speech", "problem"),
-    [(b"", "does not answer"), (b"SSH-2.0-x\r\n", "is no Dask scheduler"), (b"220", "does not answer")],
-)
-def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech, problem):
+@pytest.mark.parametrize("speech", [b"", b"SSH-2.0-x\r\n", b"220"])
+def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech):
     """One that accepts and stays silent, one that speaks another protocol, and one that stops within its greeting."""
     monkeypatch.setattr(run_tasks, "PATIENCE", 0.5)
 
@@ -251,7 +248,9 @@ def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypat
         server.daemon_threads = True
         threading.Thread(target=server.serve_forever, daemon=True).start()
         word = f"tcp://127.0.0.1:{server.server_address[1]}"
-        assert problem in refused("world", "unshaded", "--cluster", word, "--out", tmp_path / "out")
+        assert "does not answer as a Dask scheduler" in refused(
+            "world", "unshaded", "--cluster", word, "--out", tmp_path / "out"
+        )
         server.shutdown()
 
 
