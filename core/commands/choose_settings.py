@@ -16,15 +16,15 @@ EXPORTS = {  # files that are written when they are asked for
     "geopackage": "city.gpkg: surfaces and buildings, for GIS",
 }
 KNOBS = ("suns", "samples", "shadow_samples")  # that a time budget chooses where they are not given
-KINDS = {  # of a setting -> (what it has to be, in words, and as a test)
-    "number": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),
-    "switch": ("True or False", lambda value: isinstance(value, bool)),
-    "pairs": ("a dict of names and True or False", lambda value: isinstance(value, dict)),
-    "shares": ("a dict of names and shares", lambda value: isinstance(value, dict)),
-    "names": ("a list of names", lambda value: isinstance(value, list | tuple | str)),
-    "texts": ("a path or a list of paths", lambda value: isinstance(value, list | tuple | str | os.PathLike)),
-    "place": ("latitude and longitude", lambda value: len(value) == 2),
-    "text": ("text or a path", lambda value: isinstance(value, str | os.PathLike)),
+KINDS = {  # of a setting -> (what it has to be, in words, and as types)
+    "number": ("a number", Real),
+    "switch": ("True or False", bool),
+    "pairs": ("a dict of names and True or False", dict),
+    "shares": ("a dict of names and shares", dict),
+    "names": ("a list of names", list | tuple | str),
+    "texts": ("a path or a list of paths", list | tuple | str | os.PathLike),
+    "place": ("latitude and longitude", list | tuple),
+    "text": ("text or a path", str | os.PathLike),
 }
 KINDS |= {"integer": KINDS["number"], "flag": KINDS["switch"], "choice": KINDS["text"]}
 
@@ -84,12 +84,9 @@ def _take(name, value, default, details):
     """A setting in the form that Request has."""
     if (value is None and (default is None or details.none)) or (details.none and value == details.none):
         return None
-    words, fits = KINDS[details.kind]
-    try:
-        fine = fits(value)
-    except TypeError:
-        fine = False
-    if not fine:
+    words, types = KINDS[details.kind]
+    no_number = types is Real and isinstance(value, bool)
+    if not isinstance(value, types) or no_number or (details.kind == "place" and len(value) != 2):
         raise InputError(name, f"{value!r} is not {words}", f"give {words}")
     if details.kind in ("names", "place"):
         return (value,) if isinstance(value, str) else tuple(value)

@@ -110,9 +110,9 @@ def describe_duration(seconds):
 
 def with_prefix(number):
     """A number in three digits with k, M or G: 12.2 M."""
-    for limit, divisor, prefix in ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k")):
-        if number >= limit:
-            return f"{number / divisor:.3g} {prefix}"
+    for size, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if number >= size:
+            return f"{number / size:.3g} {prefix}"
     return f"{number:.3g} "
 
 

@@ -81,7 +81,7 @@ class Request(SystemSettings):
         "none", "column of irradiance to ignore; it then follows from the others", choices=("none", "ghi", "dhi", "dni")
     )
     allow_distance: float = of_weather(
-        150.0, "largest distance of the weather", title="Within [km]", panel="weather", unit="km", least=0
+        150.0, "largest distance of the weather from the city", title="Within [km]", panel="weather", unit="km", least=0
     )
     weather_point: str = of_weather(
         "nearest",
