@@ -19,7 +19,6 @@ from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
-from .form_factors import count_starts
 from .kept_matrix import area_means
 from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
@@ -93,7 +92,6 @@ def prepare_gather(prepared, request, progress):
         threads=usable_threads(request.threads),
         reflections=plan.reflections,
         elements=elements,
-        starts=count_starts(len(patches), elements, request.samples),
         terrain=plan.terrain,
         sources=plan.sources,
         rays_share=plan.rays_share,
@@ -161,9 +159,7 @@ def trace_all(context, known=None):
     for one in found:
         fill_closed_forms(context, one)
         if plan.reflections:
-            one.factor = element_factors(context, one)
-        if not context.keeps:
-            one.element_far_ground = one.open_share = None
+            one.factor = element_factors(patches, one.covered, context.elements)
     return found
 
 
@@ -186,7 +182,7 @@ def measure_filled(form_factors, area):
 
 def patch_of_keys(form_factors, rows):
     """Patch of each entry: (e,) int32."""
-    return rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
+    return rows.key // (HEMISPHERE_REPLICATES * form_factors.cells)
 
 
 def fill_closed_forms(context, traced):
@@ -197,9 +193,7 @@ def fill_closed_forms(context, traced):
     shares |= {one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources}
     for name, share in shares.items():
         traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]
-    far_ground = ground_view_of_tilt(normal, plan.terrain)[:, None]
-    traced.far_ground[known] = far_ground
-    traced.element_far_ground[known] = far_ground / context.elements
+    traced.far_ground[known] = ground_view_of_tilt(normal, plan.terrain)[:, None]
     traced.covered[~patches.receives] = True
     if not plan.far_ground:
-        traced.far_ground[:] = traced.element_far_ground[:] = 0
+        traced.far_ground[:] = 0
