@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.patches import Patches, order_nearby
+from ..patches.patches import Patches
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
-from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import KnownPoints, count_elements, find_points, shadow_points, split_net
 from .sun_blocks import SunBlock
@@ -21,6 +20,7 @@ from .sun_blocks import SunBlock
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
+STRIP = 20.0  # [m] width of strips in which patches are sorted
 WORD = 16  # points, one bit each
 
 
@@ -136,13 +136,7 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     -------
     list of Shadows
         In each state of trees, by the same rays.
-
-    Raises
-    ------
-    InputError
-        If an array or a number is invalid.
     """
-    check_watch(watch, suns)
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
@@ -163,8 +157,9 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     tasks = []
     for many in np.unique(turns[looking]):
         rows = np.flatnonzero(looking & (turns == many))
-        # Several patches share a packet of rays then, and should lie side by side.
-        rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
+        if many > 1:  # several patches share a packet of rays then, and should lie side by side
+            east, north, _ = patches.corner[rows].T
+            rows = rows[np.lexsort([north, np.floor(east / STRIP)])]
         tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
 
     def trace_some(task):
@@ -178,25 +173,6 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         done += len(chosen) / many
         report(done / whole, ray_count)
     return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
-
-
-def check_watch(watch, suns):
-    """Refuse arrays and numbers of `sun_visibility` that are invalid.
-
-    Raises
-    ------
-    InputError
-    """
-    count = len(watch.patches)
-    directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
-    check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
-    for name in ("traced", "unobstructed"):
-        check_array(name, getattr(watch, name), (count,), kind="b")
-    cells, points = check_array("covered", watch.covered, (count, "c"), kind="b").shape[1], watch.point_count
-    if points < 1 or points.bit_count() > 1:
-        raise InputError("point_count", f"{points} is not a power of two", "give 1, 2, 4, 8, 16 …")
-    if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
-        raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
 
 
 def trace_in_turns(watch, chosen, suns, bits, asked=None):
