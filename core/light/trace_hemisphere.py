@@ -257,7 +257,7 @@ def tally_rays(fate, start_cells, near_cover, cells):
         for which in (fate == SKY, opened)
     )
     sky = (free.sum(axis=2) * (replicates / rays)).astype(np.float32)
-    far_ground = (fate == FAR_GROUND).reshape(count, replicates, -1).mean(axis=2, dtype=np.float32)
+    far_ground = (fate == FAR_GROUND).reshape(count, replicates, rays // replicates).mean(axis=2, dtype=np.float32)
     if rays < FEWEST_RAYS * cells:  # too few in each: the patch is taken as a whole
         free, started = (np.repeat(part.sum(axis=2, keepdims=True), cells, axis=2) for part in (free, started))
     # The visible sky is a ratio of two counts; the deviation of each replicate from it is linearised in both.
