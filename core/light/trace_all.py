@@ -147,11 +147,11 @@ def trace_all(context, known=None):
         found[0].filled = np.maximum.reduce(filled)
     trace(sends & ~full & ~ground, fewer)
     if plan.reflectors:
-        seen = sends & ground & (sum(hits_of_patches(one.form_factors) for one in found) > 0)
+        seen = sends & ground & (sum(weigh_hits(one.form_factors, np.ones(len(patches))) for one in found) > 0)
         trace(seen, every if plan.receivers is None else fewer)
         unseen = sends & ground & ~seen
         for one in found:
-            hits = hits_of_patches(one.form_factors)
+            hits = weigh_hits(one.form_factors, np.ones(len(patches)))
             one.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
             one.covered[unseen] = True  # nothing is asked of them: no shadow rays either
     if done < most:
@@ -163,26 +163,19 @@ def trace_all(context, known=None):
     return found
 
 
-def hits_of_patches(form_factors):
-    """Number of rays that met each patch: (p,) int."""
-    hits = np.zeros(form_factors.count, int)
+def weigh_hits(form_factors, weight):
+    """Sum over all hits of each patch of the weights, (p,), of the patches that sent the rays: (p,) float64."""
+    seen = np.zeros(form_factors.count)
     for rows in form_factors.rows:
-        hits += np.bincount(patch_of_keys(form_factors, rows), minlength=len(hits))
-    return hits
+        met = rows.key // (HEMISPHERE_REPLICATES * form_factors.cells)
+        seen += np.bincount(met, np.repeat(weight[rows.chosen], np.diff(rows.start)), len(seen))
+    return seen
 
 
 def measure_filled(form_factors, area):
     """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
-    seen = np.zeros(len(area))
-    for rows in form_factors.rows:
-        weight = np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
-        seen += np.bincount(patch_of_keys(form_factors, rows), np.repeat(weight, np.diff(rows.start)), len(area))
-    return np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
-
-
-def patch_of_keys(form_factors, rows):
-    """Patch of each entry: (e,) int32."""
-    return rows.key // (HEMISPHERE_REPLICATES * form_factors.cells)
+    seen = SMALLEST_AREA * weigh_hits(form_factors, np.rint(area * form_factors.share / SMALLEST_AREA))
+    return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
 
 
 def fill_closed_forms(context, traced):

@@ -150,27 +150,22 @@ def examine_cells(ray_scene, patches, chosen, starts):
     -------
     (c, cells) bool
     """
-    states = first_states(ray_scene, patches, chosen, starts)
+    states, (b1, b2, shifts) = first_states(ray_scene, patches, chosen, starts), starts
     verdict = settled_cells(states)
 
     def judge(asked):
         row, cell = np.nonzero(asked & (verdict == UNKNOWN))
-        found = judge_cells(ray_scene, patches, *take_cells(patches, chosen, starts, row, cell))
+        places = HitPlaces(chosen[row], b1[row, cell], b2[row, cell])
+        keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
+        around = np.stack([part[row, cell] for part in shifts], axis=1)
+        found = judge_cells(ray_scene, patches, places, around, keys)
         verdict[row, cell] = np.where(found, COVERED, OPEN)
 
     judge(np.isin(np.arange(states.shape[1]), LEADING))
     verdict = share_verdicts(verdict, states)
     judge(np.ones(1, bool))
-    earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, *starts[:2]))
+    earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
     return (verdict == COVERED) | earth
-
-
-def take_cells(patches, chosen, starts, row, cell):
-    """Those of some cells: `HitPlaces`, random numbers as (k, 2) float32, and keys of more of these, (k,) uint64."""
-    b1, b2, shifts = starts
-    keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
-    places = HitPlaces(chosen[row], b1[row, cell], b2[row, cell])
-    return places, np.stack([part[row, cell] for part in shifts], axis=1), keys
 
 
 def judge_cells(ray_scene, patches, places, shifts, keys):
@@ -180,16 +175,19 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     ----------
     places : HitPlaces
         k, one in each cell.
-    shifts, keys : arrays
-        Of `take_cells`.
+    shifts : (k, 2) float32
+        Random numbers in [0, 1).
+    keys : (k,) uint64
+        Of more of these.
 
     Returns
     -------
     (k,) bool
     """
     hits, back, sky, below = trace_vote(ray_scene, patches, places, shifts)
-    ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
-    found = judge_vote(*ends)
+    backs, skies, belows = ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
+    # Inside something, or in the earth.
+    found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | ((4 * backs > RAYS) & (backs + belows == RAYS))
     doubtful = ~found & (ends[1] == 0)
     touching = np.zeros(len(found), bool)
     touching[doubtful] = is_touched(ray_scene, patches, places.take(doubtful))
@@ -219,13 +217,6 @@ def trace_vote(ray_scene, patches, places, shifts):
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
     gone, upwards = hits.triangle < 0, directions[..., 2] > 0
     return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards
-
-
-def judge_vote(back, sky, below):
-    """Whether points lie inside or under something, from how many of their RAYS rays end where, all (k,) int: (k,)."""
-    inside = (2 * back > RAYS) & (sky <= STRAY_RAYS)
-    under = (4 * back > RAYS) & (back + below == RAYS)
-    return inside | under
 
 
 def lie_in_earth(ray_scene, patches, points):

@@ -78,16 +78,37 @@ class Photons:
 
 
 @dataclass
-class Deposits:
-    """Sums of photons that arrived on n surfaces."""
+class Light:
+    """Light of a source on n surfaces: photons that arrived there, or, divided by their density, irradiance."""
 
-    first_replicate: int
-    first: np.ndarray  # (r, n) float64, at first hit, for r replicates from `first_replicate` on
+    first: np.ndarray  # (r, n) float64, at first hit, of r replicates
     reflected: np.ndarray  # (r, n) float64, at later hits
+    begin: int = 0  # number of the first of these replicates
+    photon: np.ndarray | float = 0.0  # (n,) float64, contribution of a single photon
     arrived: float = 0.0  # total of all hits, on all patches
-    last: float = 0.0  # its part at the last bounce
+    last: float = 0.0  # its part at the last reflection
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
+
+    def add(self, other):
+        """Add the light of other photons, of some or all of the replicates."""
+        rows = slice(other.begin, other.begin + len(other.first))
+        self.first[rows] += other.first
+        self.reflected[rows] += other.reflected
+        self.photon = np.hypot(self.photon, other.photon)
+        for name in ("arrived", "last", "ray_count"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.tally.add(other.tally)
+
+    @property
+    def whole(self):
+        """Sum of first hits and reflections: (r, n) float64."""
+        return self.first + self.reflected
+
+    @property
+    def last_share(self):
+        """Share of the last reflection in the total."""
+        return self.last / self.arrived if self.arrived else 0.0
 
 
 def follow_photons(target, source, numbers, per_replicate, max_bounces):
@@ -105,13 +126,13 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
 
     Returns
     -------
-    Deposits
+    Light
     """
     number = np.arange(numbers.start, numbers.stop)
     replicate, place = np.divmod(number, per_replicate)
     rows = int(replicate[-1] - replicate[0]) + 1
     photons = Photons(*emit_photons(source, replicate, place), np.ones(len(number)), number, replicate - replicate[0])
-    found = Deposits(int(replicate[0]), *np.zeros((2, rows, target.surface_count)))
+    found = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
     found.tally.emitted = float(len(number))
     if source.terrain is not None:
         chosen = is_above(source.terrain, -photons.directions) != source.beyond
@@ -128,10 +149,10 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             deposit(received.take(row), target.surface[double], sums)
-        found.last = float(photons.weight.sum())
-        found.arrived += found.last
+        weight = float(photons.weight.sum())
+        found.arrived, found.last = found.arrived + weight, weight if bounce else 0.0
         photons = reflect_photons(target, source.key, photons, places, bounce)
-        found.tally.absorbed += found.last - float(photons.weight.sum())
+        found.tally.absorbed += weight - float(photons.weight.sum())
     found.tally.cut = float(photons.weight.sum())
     return found
 

@@ -10,7 +10,6 @@ first reflection at such a face:
 After that reflection photons are reflected by any face. No path is counted twice, none is left out.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -33,31 +32,60 @@ BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
 
 
 @dataclass
-class SpecularPass:
-    """Faces that do not reflect by Lambert's law, and what photons from them fall on."""
+class SpecularLight:
+    """What n surfaces receive by way of faces that do not reflect by Lambert's law: the hooks for gather.
+
+    All but `of_suns` follows from radiosity alone, that of the sky, the far ground and patches; r replicates.
+    """
 
     context: GatherContext
     target: Target
     faces: np.ndarray  # (f,) int, patches
-
-
-@dataclass
-class Surroundings:
-    """What n surfaces receive by way of the faces, per radiosity of what these see; r replicates."""
-
-    sky: np.ndarray  # (r, n) float64
-    sources: dict  # name of a traced part of the sky -> (r, n) float64, in its unit
-    far_ground: np.ndarray  # (r, n) float64
-    patches: sparse.csr_matrix  # (r · n, p), rows ordered by replicate
+    skies: dict  # name of the sky or a traced part of it -> (r, n) float64, in its unit
+    far_ground: np.ndarray  # (r, n) float64, per radiosity
+    patches: sparse.csr_matrix  # (r · n, p), per radiosity; rows ordered by replicate
     mean: sparse.csr_matrix  # (n, p) float32, of the replicates
 
+    def of_sky(self, name, radiosity):
+        """Irradiance under the sky or a traced part of it, and by light of patches under it, (p,): (r, n) float64."""
+        return self.skies[name] + self.from_patches(radiosity)
 
-@dataclass
-class SpecularLight:
-    """Hooks for gather: irradiance of surfaces by paths with a reflection at the faces."""
+    def from_patches(self, radiosity):
+        """Irradiance of surfaces by light of patches, (p,), by way of the faces: (r, n) float64."""
+        return (self.patches @ radiosity.astype(float)).reshape(self.far_ground.shape)
 
-    of_sky: Callable  # name of the sky or a traced part of it, radiosity of patches under it (p,) -> (r, n)
-    of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
+    def of_suns(self, suns, first, radiosity):
+        """Irradiance of surfaces under a block of suns by way of the faces, per DNI.
+
+        Parameters
+        ----------
+        suns : SunBlock
+            b suns.
+        first : int
+            Index of the first of them among all.
+        radiosity : (p, b) float32
+            Of patches under each, without the faces.
+
+        Returns
+        -------
+        (n, b) float32
+        (r, n) float64
+            Weighted sum over the suns.
+        """
+        request = self.context.request
+        height = np.maximum(suns.directions[:, 2], 0).astype(float) * request.ground_albedo
+        found = (self.mean @ radiosity) + self.far_ground.mean(axis=0)[:, None] * height
+        weighted = self.from_patches(radiosity @ suns.weights)
+        weighted += self.far_ground * float(suns.weights @ height)
+        traced = map_in_order(
+            lambda index: trace_sun(self, suns.directions[index], f"specular sun {first + index}"),
+            range(len(suns.weights)),
+            self.context.threads,
+        )
+        for index, arrived in enumerate(traced):
+            found[:, index] += arrived.mean(axis=0)
+            weighted += suns.weights[index] * arrived
+        return found.astype(np.float32), weighted
 
 
 def trace_specular(prepared, context, traced, state=0):
@@ -79,13 +107,7 @@ def trace_specular(prepared, context, traced, state=0):
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs, state)
     faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
-    task = SpecularPass(context, target, faces)
-    around = trace_surroundings(task)
-    skies = {SKY_DOME: around.sky + context.request.ground_albedo * around.far_ground, **around.sources}
-    return SpecularLight(
-        of_sky=lambda name, radiosity: skies[name] + from_patches(around, radiosity),
-        of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
-    )
+    return trace_surroundings(context, target, faces)
 
 
 def batches_of(key, per_replicate):
@@ -95,30 +117,20 @@ def batches_of(key, per_replicate):
     return [Batch(key, range(first, min(first + PHOTONS_PER_TASK, count)), per_replicate) for first in starts]
 
 
-def per_area(task, power, per_replicate):
+def per_area(target, power, per_replicate):
     """Irradiance of each surface by one photon of a replicate: (n,) float64."""
-    return power / max(per_replicate, 1) / np.where(task.target.area > 0, task.target.area, np.inf)
+    return power / max(per_replicate, 1) / np.where(target.area > 0, target.area, np.inf)
 
 
-def trace_surroundings(task):
-    """What surfaces receive by way of the faces from sky, far ground and patches.
-
-    Parameters
-    ----------
-    task : SpecularPass
-
-    Returns
-    -------
-    Surroundings
-    """
-    context, target = task.context, task.target
+def trace_surroundings(context, target, faces):
+    """What surfaces receive by way of the faces, (f,) int, from sky, far ground and patches: SpecularLight."""
     count, patches = target.surface_count, len(context.patches)
-    per_replicate = -(-context.request.samples * len(task.faces) // REPLICATES)
+    per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
     batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
     parts_of_sky = context.plan.sources
     columns = patches + 2 + len(parts_of_sky)  # the last are the far ground, the sky and its parts that are traced
     matrix, pending, done = sparse.csr_matrix((REPLICATES * count, columns)), [], 0
-    found = map_in_order(lambda batch: arrivals_from(task, batch), batches, context.threads)
+    found = map_in_order(lambda batch: arrivals_from(context, target, faces, batch), batches, context.threads)
     for batch, entries in zip(batches, found, strict=True):
         pending.append(entries)
         done += len(batch.numbers)
@@ -126,16 +138,18 @@ def trace_surroundings(task):
             rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
             matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
-    factor = per_area(task, float(context.patches.area[task.faces].sum()), per_replicate)
+    factor = per_area(target, float(context.patches.area[faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
     ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 2 + len(parts_of_sky))
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, :patches].tocsr()
-    parts = {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(parts_of_sky)}
-    return Surroundings(ends[:, :, 1], parts, ends[:, :, 0], of_patches, (mean @ of_patches).tocsr())
+    far_ground, sky = ends[:, :, 0], ends[:, :, 1]
+    skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
+    skies |= {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(parts_of_sky)}
+    return SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
 
 
-def arrivals_from(task, batch):
+def arrivals_from(context, target, faces, batch):
     """Where photons of the surroundings arrive, as entries of a sparse matrix.
 
     Returns
@@ -147,15 +161,15 @@ def arrivals_from(task, batch):
         for that part of the sky that is a traced source.
     weights : (e,) float64
     """
-    target, plan, patches = task.target, task.context.plan, len(task.context.patches)
+    plan, patches = context.plan, len(context.patches)
     photons, origin, towards = photons_of_surroundings(
-        target, task.faces, batch, lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions)
+        target, faces, batch, lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions)
     )
     if not plan.far_ground:
         photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
     # Light of the sky has one reflection behind it here, light of ground and patches two.
     source = origin[photons.number - batch.numbers.start]
-    last = np.where(source == SKY, task.context.bounces - 1, task.context.bounces - 2)
+    last = np.where(source == SKY, context.bounces - 1, context.bounces - 2)
     entries = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     for arrived, surface in follow_reflected(target, batch.key, photons, last):
         own = surface < target.surface_count
@@ -168,54 +182,21 @@ def arrivals_from(task, batch):
     return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
 
 
-def from_patches(around, radiosity):
-    """Irradiance of surfaces by light of patches, (p,), by way of the faces: (r, n) float64."""
-    return (around.patches @ radiosity.astype(float)).reshape(around.sky.shape)
+def trace_sun(light, direction, name):
+    """Irradiance of surfaces by light of a sun that the faces reflect: (r, n) float64 of a SpecularLight, per DNI.
 
-
-def light_of_suns(task, around, suns, first, radiosity):
-    """Irradiance of surfaces under a block of suns by way of the faces, per DNI.
-
-    Parameters
-    ----------
-    task : SpecularPass
-    around : Surroundings
-    suns : SunBlock
-        b suns.
-    first : int
-        Index of the first of them among all.
-    radiosity : (p, b) float32
-        Of patches under each, without the faces.
-
-    Returns
-    -------
-    (n, b) float32
-    (r, n) float64
-        Weighted sum over the suns.
+    `direction`, (3,) float32, is that towards the sun, `name` tells its random numbers from those of others.
     """
-    context, target = task.context, task.target
-    area, normal = context.patches.area[task.faces], context.patches.normal[task.faces]
-    height = np.maximum(suns.directions[:, 2], 0).astype(float) * context.request.ground_albedo
-    found = (around.mean @ radiosity) + around.far_ground.mean(axis=0)[:, None] * height
-    weighted = from_patches(around, radiosity @ suns.weights)
-    weighted += around.far_ground * float(suns.weights @ height)
-
-    def trace(index):
-        direction, arrived = suns.directions[index], np.zeros((REPLICATES, target.surface_count))
-        power = area * np.maximum(normal @ direction, 0)
-        per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
-        key = key_of_names([f"specular sun {first + index}"], context.request.seed)[0]
-        for batch in batches_of(key, per_replicate):
-            photons = photons_of_sun(target, task.faces, power, direction, batch)
-            last = np.full(len(photons.number), context.bounces - 1)
-            for some, surface in follow_reflected(target, batch.key, photons, last):
-                deposit(some, surface, arrived)
-        return arrived * per_area(task, float(power.sum()), per_replicate)
-
-    for index, arrived in enumerate(map_in_order(trace, range(len(suns.weights)), context.threads)):
-        found[:, index] += arrived.mean(axis=0)
-        weighted += suns.weights[index] * arrived
-    return found.astype(np.float32), weighted
+    context, target, faces = light.context, light.target, light.faces
+    power = context.patches.area[faces] * np.maximum(context.patches.normal[faces] @ direction, 0)
+    per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
+    arrived = np.zeros((REPLICATES, target.surface_count))
+    for batch in batches_of(key_of_names([name], context.request.seed)[0], per_replicate):
+        photons = photons_of_sun(target, faces, power, direction, batch)
+        last = np.full(len(photons.number), context.bounces - 1)
+        for some, surface in follow_reflected(target, batch.key, photons, last):
+            deposit(some, surface, arrived)
+    return arrived * per_area(target, float(power.sum()), per_replicate)
 
 
 def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):

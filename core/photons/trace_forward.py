@@ -109,7 +109,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = cover_of_surfaces(patch_to_surface, covered_share)
     traced = dict(zip(SOURCES, (sky, far, direct), strict=True)) | parts
-    last = max(sky.last, direct.last)
+    last = max(sky.last_share, direct.last)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
@@ -154,7 +154,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,
             embree_thread_seconds=run.target.ray_scene.thread_seconds - traced_before,
-            last_bounce_share_diffuse=sky.last,
+            last_bounce_share_diffuse=sky.last_share,
             last_bounce_share_direct=direct.last,
             interrupted=note_interruption(direct.kept, len(suns)),
         ),
@@ -241,7 +241,7 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
             found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
             found.annual += suns.weight[index] * light.whole
             found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
-            found.last = max(found.last, light.last)
+            found.last = max(found.last, light.last_share)
             found.ray_count += light.ray_count
             found.tally.add(light.tally)
             done = index + 1

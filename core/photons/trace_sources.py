@@ -1,14 +1,14 @@
 """Trace photons of one source after the other, on several threads, and sum the irradiance of surfaces."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
 from ..settings.threads import map_in_order
 from .emit_photons import Box
-from .follow_photons import Tally, Target, follow_photons
+from .follow_photons import Light, Target, follow_photons
 
 PHOTON_REPLICATES = 16  # independent sets of photons of each source; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
@@ -34,30 +34,6 @@ class Run:
             self.progress(self.stage, 0, self.total, "photons")
 
 
-@dataclass
-class Light:
-    """Irradiance of n surfaces from one source."""
-
-    first: np.ndarray  # (PHOTON_REPLICATES, n) float64
-    reflected: np.ndarray  # (PHOTON_REPLICATES, n) float64
-    photon: np.ndarray  # (n,) float64, contribution of a single photon
-    last: float = 0.0  # share of the last bounce in the total
-    ray_count: int = 0
-    tally: Tally = field(default_factory=Tally)
-
-    def add(self, other):
-        """Add the light of an independent source."""
-        self.first, self.reflected = self.first + other.first, self.reflected + other.reflected
-        self.photon = np.hypot(self.photon, other.photon)
-        self.ray_count += other.ray_count
-        self.tally.add(other.tally)
-
-    @property
-    def whole(self):
-        """Sum of first hits and reflections: (PHOTON_REPLICATES, n) float64."""
-        return self.first + self.reflected
-
-
 def trace_sources(run, sources, max_bounces):
     """Trace sources, each with the same number of photons.
 
@@ -81,47 +57,23 @@ def trace_sources(run, sources, max_bounces):
 
     found = map_in_order(follow, tasks, run.threads)
     for source in sources:
-        yield add_deposits(run, source, islice(found, len(ranges) if source.power.any() else 0), max_bounces)
+        light = no_light(run.target.surface_count)
+        for part in islice(found, len(ranges) if source.power.any() else 0):
+            light.add(part)
+            run.done += int(part.tally.emitted)
+            run.progress(run.stage, run.done, run.total, "photons")
+        # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
+        area = np.where(run.target.area > 0, run.target.area, np.inf)
+        per_photon = source.power.sum() / max(run.per_replicate, 1) / area
+        light.first *= per_photon
+        light.reflected *= per_photon
+        light.photon = per_photon / PHOTON_REPLICATES
+        yield light
 
 
 def no_light(count):
     """Zero irradiance."""
-    return Light(*np.zeros((2, PHOTON_REPLICATES, count)), np.zeros(count))
-
-
-def add_deposits(run, source, found, max_bounces):
-    """Irradiance from one source, from the deposits of its photons.
-
-    Parameters
-    ----------
-    run : Run
-    source : Source
-    found : iterable of Deposits
-    max_bounces : int
-
-    Returns
-    -------
-    Light
-    """
-    light = no_light(run.target.surface_count)
-    arrived = last = 0.0
-    for part in found:
-        rows = slice(part.first_replicate, part.first_replicate + len(part.first))
-        light.first[rows] += part.first
-        light.reflected[rows] += part.reflected
-        light.ray_count += part.ray_count
-        light.tally.add(part.tally)
-        arrived += part.arrived
-        last += part.last
-        run.done += int(part.tally.emitted)
-        run.progress(run.stage, run.done, run.total, "photons")
-    light.last = last / arrived if max_bounces and arrived else 0.0
-    # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
-    per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.target.area > 0, run.target.area, np.inf)
-    light.first *= per_photon
-    light.reflected *= per_photon
-    light.photon = per_photon / PHOTON_REPLICATES
-    return light
+    return Light(*np.zeros((2, PHOTON_REPLICATES, count)), photon=np.zeros(count))
 
 
 def standard_error(replicates, photons, unreachable):
