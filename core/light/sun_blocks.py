@@ -15,7 +15,7 @@ SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
 FIRST_SUNS = 24  # two days
 BLOCKS = 12  # of runs with enough suns
-RAYS_PART = 0.8  # of a block's time, about, where it has reflections too
+RAYS_PART = 2 / 3  # of a block's time, about, where it has reflections too
 
 
 class SunBlock(NamedTuple):

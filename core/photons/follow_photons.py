@@ -5,7 +5,7 @@ float64 whatever their order: results are the same to the last bit on any number
 accounted for without a remainder.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,29 +19,9 @@ from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.sample_points import cell_of_point, cosine_direction
 from ..sun.horizon import is_above
 from .emit_photons import emit_photons
+from .light_of_photons import Light
 
 QUANTUM = 2.0**-26
-
-
-@dataclass
-class Tally:
-    """Energy balance of a source, in photons: `emitted` is the sum of all others."""
-
-    emitted: float = 0.0
-    escaped: float = 0.0  # hit nothing
-    behind_terrain: float = 0.0  # came from the other side of the horizon of distant terrain, and were not traced
-    absorbed: float = 0.0  # on front sides
-    on_backs: float = 0.0  # hit a back side or a footprint
-    closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
-    leaves: float = 0.0  # ended in crowns or at trunks
-    covered: float = 0.0  # from the far ground, hit a covered cell below the ground
-    cut: float = 0.0  # left after the last bounce
-    unweighed: float = 0.0  # from a part of the sky, by which photons count less than one: `HorizonBand.weigh`
-
-    def add(self, other):
-        """Add another tally to this one."""
-        for entry in fields(self):
-            setattr(self, entry.name, getattr(self, entry.name) + getattr(other, entry.name))
 
 
 @dataclass
@@ -75,40 +55,6 @@ class Photons:
     def take(self, chosen):
         """Select photons."""
         return Photons(**{entry.name: getattr(self, entry.name)[chosen] for entry in fields(self)})
-
-
-@dataclass
-class Light:
-    """Light of a source on n surfaces: photons that arrived there, or, divided by their density, irradiance."""
-
-    first: np.ndarray  # (r, n) float64, at first hit, of r replicates
-    reflected: np.ndarray  # (r, n) float64, at later hits
-    begin: int = 0  # number of the first of these replicates
-    photon: np.ndarray | float = 0.0  # (n,) float64, contribution of a single photon
-    arrived: float = 0.0  # total of all hits, on all patches
-    last: float = 0.0  # its part at the last reflection
-    ray_count: int = 0
-    tally: Tally = field(default_factory=Tally)
-
-    def add(self, other):
-        """Add the light of other photons, of some or all of the replicates."""
-        rows = slice(other.begin, other.begin + len(other.first))
-        self.first[rows] += other.first
-        self.reflected[rows] += other.reflected
-        self.photon = np.hypot(self.photon, other.photon)
-        for name in ("arrived", "last", "ray_count"):
-            setattr(self, name, getattr(self, name) + getattr(other, name))
-        self.tally.add(other.tally)
-
-    @property
-    def whole(self):
-        """Sum of first hits and reflections: (r, n) float64."""
-        return self.first + self.reflected
-
-    @property
-    def last_share(self):
-        """Share of the last reflection in the total."""
-        return self.last / self.arrived if self.arrived else 0.0
 
 
 def follow_photons(target, source, numbers, per_replicate, max_bounces):

@@ -16,7 +16,8 @@ from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import choose_by_power, low_discrepancy
-from .follow_photons import Photons, Tally, end_in_crowns, leave_patches, meet_fronts, reflect_photons
+from .follow_photons import Photons, end_in_crowns, leave_patches, meet_fronts, reflect_photons
+from .light_of_photons import Tally
 
 NOTHING, SKY, FAR_GROUND = -3, -2, -1  # what a ray from a face meets, if not a patch
 

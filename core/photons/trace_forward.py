@@ -25,7 +25,8 @@ from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
 from ..sun.suns import end_of_days, interrupted_suns
 from .emit_photons import FROM_ABOVE, box_of_scene, far_ground_source, make_source, sky_source, sun_source
-from .follow_photons import Tally, Target
+from .follow_photons import Target
+from .light_of_photons import Tally
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
 WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely covered

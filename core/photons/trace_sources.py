@@ -8,7 +8,8 @@ import numpy as np
 
 from ..settings.threads import map_in_order
 from .emit_photons import Box
-from .follow_photons import Light, Target, follow_photons
+from .follow_photons import Target, follow_photons
+from .light_of_photons import Light
 
 PHOTON_REPLICATES = 16  # independent sets of photons of each source; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16

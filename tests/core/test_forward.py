@@ -12,7 +12,8 @@ from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.photons.emit_photons import box_of_scene, sky_source
-from citypv.core.photons.follow_photons import Photons, Tally, Target, leave_patches, meet_fronts, reflect_photons
+from citypv.core.photons.follow_photons import Photons, Target, leave_patches, meet_fronts, reflect_photons
+from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import cosine_direction
