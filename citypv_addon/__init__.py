@@ -1,50 +1,34 @@
 """Blender user interface of CityPV: properties, panels, registration. Nothing is computed here."""
 
 import atexit
+import importlib
+import pkgutil
 
 import bpy
 
+from .. import operators
 from ..operators.check_libraries import check_libraries
-from ..operators.city.classify_city import ClassifyCity
-from ..operators.city.declare_settings import FindModule
-from ..operators.city.import_city import ChooseCity, ImportCity
 from ..operators.city.read_settings import find_preferences, use_cache_folder
-from ..operators.edits.edit_city import AddToCity, EditBuilding, RemoveBuilding
-from ..operators.edits.switch_city import Retrace, SwitchCity
-from ..operators.edits.take_meshes import TakeMeshes
-from ..operators.edits.update_city import UpdateCity
-from ..operators.edits.variants import CompareVariant, DeleteVariant, NewVariant
 from ..operators.edits.watch_edits import start_following, stop_following
-from ..operators.light.plan_trace import ExplainEffect, PlanEffects, PredictPrices, UsePreset
-from ..operators.light.trace_city import TraceCity
 from ..operators.picture.draw_results import run_command
 from ..operators.picture.draw_view import start_drawing, stop_drawing
-from ..operators.picture.show_result import ColourCity
-from ..operators.picture.stage_picture import RenderCity
-from ..operators.picture.timeline import StartTimeline, StopTimeline
-from ..operators.result.compare_results import CompareBefore, ForgetBefore, KeepBefore
-from ..operators.result.compute_energy import ShowBuilding, WeighEnergy
-from ..operators.result.export_results import ExportResults
-from ..operators.result.keep_report import CopyGroup, ShowReport
-from ..operators.result.probe_faces import ProbeFaces
-from ..operators.result.select_faces import DeselectFaces, SelectBuildings, SelectGroup
-from ..operators.run_step import CancelStep
 from ..operators.session import close_sessions
-from ..operators.solar_city import BerlinExample, CityHandler, DropWeather, SolarCity, WeatherHandler
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
 
-STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
-OTHERS = (
-    *(DropWeather, CityHandler, WeatherHandler, BerlinExample, SwitchCity, Retrace, CancelStep),
-    *(UsePreset, PlanEffects, ExplainEffect, PredictPrices, FindModule),
-    *(SelectGroup, SelectBuildings, DeselectFaces, CopyGroup, ShowReport, ProbeFaces, ShowBuilding, ExportResults),
-    *(StartTimeline, StopTimeline, KeepBefore, CompareBefore, ForgetBefore, AddToCity, EditBuilding, RemoveBuilding),
-    UpdateCity,
-    *(NewVariant, CompareVariant, DeleteVariant),
-)
-CLASSES = (Settings, Seeing, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
+
+def list_operators():
+    """Operators and file handlers that the modules of the room operators define: list of type."""
+    found = []
+    for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}."):
+        for item in vars(importlib.import_module(module.name)).values():
+            if getattr(item, "__module__", "") == module.name and hasattr(item, "bl_idname"):
+                found.append(item)
+    return found
+
+
+CLASSES = (Settings, Seeing, Preferences, *list_operators(), *PANELS, MaterialPanel, CityMenu)
 
 _commands = []
 

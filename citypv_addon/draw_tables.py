@@ -6,11 +6,12 @@ from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
 from ..operators.result.compare_results import percent_of, read_comparison, show_end, write_energy, write_row
 from ..operators.result.compute_energy import read_best
-from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
+from ..operators.result.probe_faces import PROBE, read_charts
 from ..operators.result.summarise import COMPARISON
 from .draw_steps import draw_numbers, draw_sentence, open_panel
 
 PAGE = 12  # buildings on a page
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
 
 
@@ -28,20 +29,19 @@ def draw_table(layout, city, key, head):
 
 def draw_probed(layout, city):
     """Show what was probed, the months as bars."""
-    told, charts = dict(line.split("|") for line in city.get(PROBE, ())), read_charts(city)
+    charts = read_charts(city)
     if charts is None:
         return
     column = layout.box().column(align=True)
-    for name, value in told.items():
-        if name not in MONTHS:
-            line = column.split(factor=0.42)
-            line.label(text=name)
-            draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
+    for name, value in (row.split("|") for row in city[PROBE]):
+        line = column.split(factor=0.42)
+        line.label(text=name)
+        draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
     largest, bars = max(charts[0].max(), 1e-9), layout.box().column(align=True)
     for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
         line = bars.split(factor=0.16)
         line.label(text=month)
-        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=told[month])
+        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=f"{value:,.2f} MWh")
 
 
 def draw_best(layout, city):

@@ -8,9 +8,9 @@ import bpy
 
 from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
-from .city.classify_city import ClassifyCity, check_place, show_kinds
+from .city.classify_city import ClassifyCity, check_place
 from .city.import_city import CityFiles, ImportCity, show_import
-from .city.read_settings import forget_steps
+from .city.read_settings import forget_steps, remember_step
 from .light.trace_city import TraceCity, keep_light, read_goal, show_round, work_of_trace
 from .result.compute_energy import WeighEnergy
 from .result.summarise import INTERRUPTED
@@ -64,8 +64,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         found.put(("buildings", imported))
         session = Session(city=imported[0], imported=imported[0])
         check_place(session.city, request)
-        _, session, _, findings = ClassifyCity.work((session, None, request), progress)
-        found.put(("kinds", (session, findings)))
+        _, *classified = ClassifyCity.work((session, None, request), progress)
+        found.put(("kinds", classified))
+        session, *_ = classified
         if look:
             seen = trace_and_weigh(session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found)
             if seen[0][1].transfer.record.interrupted:
@@ -94,7 +95,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
             show_import(context, *result)
             self._session = find_session(find_city(context.scene)[0])
         elif name == "kinds":
-            show_kinds(context, self._session, *result)
+            ClassifyCity.finish(self, context, (self._session, *result))
         elif name == "rounds":
             show_round(context, *result)
         else:  # the light of a first look is still to be traced
@@ -106,6 +107,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
     def _show_light(self, context, traced, weighed):
         keep_light(context, *traced)
+        remember_step(find_own_city(context.scene, traced[0])[0], "trace", context.scene.citypv)
         return WeighEnergy.finish(self, context, (traced[0], *weighed[1:]))
 
 

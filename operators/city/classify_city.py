@@ -29,7 +29,7 @@ from ..run_step import OfCity, Step, leave_edit_mode
 from ..session import Session, find_city, find_own_city, find_session, open_session
 from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_materials import remember_materials
-from .read_settings import read_settings, remember_step
+from .read_settings import ASKED, STEPS, read_settings, remember_step
 
 CLASSIFYING = "classifying"  # name of the stage
 
@@ -69,6 +69,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         """Show the scene in place of the imported mesh, coloured by kind."""
         before, session, seen, findings = result
         show_kinds(context, before, session, findings, seen)
+        remember_step(find_own_city(context.scene, session)[0], "classify", context.scene.citypv)
         surfaces = session.scene.surfaces
         return f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for photovoltaics"
 
@@ -91,13 +92,12 @@ def show_kinds(context, before, session, findings, seen=None):
 
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
-    remember_step(item, "classify", context.scene.citypv, old)
     same = seen is not None and describe_design(old, seen.lineage) == seen.design  # not edited meanwhile
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
     shift = turn_to_true_north(np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence)[0]  # [m]
     item.location = np.array(old.location) + shift
-    for key in OF_CITY:
+    for key in (*OF_CITY, *(ASKED + step for step in STEPS)):
         if key in old:
             item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
     names = old.name, old_ground.name if old_ground else "Ground"

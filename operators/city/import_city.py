@@ -10,8 +10,18 @@ import bpy
 from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
-from ..in_place import IDENTITY, is_in_place, list_taken, remember_beside
-from ..members import begin_design
+from ..in_place import (
+    IDENTITY,
+    METRES,
+    SEEN,
+    TAKEN,
+    TAKEN_FROM,
+    is_in_place,
+    list_taken,
+    put_in_place,
+    remember_beside,
+)
+from ..members import begin_design, remember_wearers, write_sources
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_city import show_city
 from ..result.keep_report import FILES, keep_report
@@ -129,15 +139,15 @@ def show_import(context, city, scene, findings, taken=()):
     city : core.city.city.City
     scene : core.city.scene.Scene
     findings : list of core.list_findings.Finding
-    taken : list of bpy.types.Object, optional
-        The user's objects that are the city: then the same objects count, whatever the files are called, and the view
-        stays where it is.
+    taken : list of (bpy.types.Object, str), optional
+        The user's objects that are the city, with the names of their buildings: then the same objects count, whatever
+        the files are called, and the view stays where it is.
     """
-    files = [str(path) for path in scene.report.files]
+    files, own_objects = [str(path) for path in scene.report.files], {part for part, _ in taken}
     earlier = None
     for item in list_cities(context.scene):
         own = {part for _, part, _ in list_taken(item)} if is_in_place(item) else set()
-        same = own == set(taken) and (taken or list(item.get(FILES, ())) == files)
+        same = own == own_objects and (taken or list(item.get(FILES, ())) == files)
         if same:
             uncolour_user_meshes(item)
             earlier = item.get(IDENTITY)
@@ -149,6 +159,13 @@ def show_import(context, city, scene, findings, taken=()):
     show_objects(context.scene, item, ground)
     open_session(item, Session(city=city, imported=None if taken else city))
     remember_step(item, "import", context.scene.citypv)
+    if taken:
+        item[TAKEN], item[SEEN], item[METRES] = {}, True, context.scene.unit_settings.scale_length
+        if context.scene.citypv.collection is not None:
+            item[TAKEN_FROM] = context.scene.citypv.collection
+        remember_wearers(item, taken)
+        put_in_place(item, scene.site)
+        write_sources(item, scene.surfaces.surface_id)
     begin_design(item, earlier)
     remember_beside(item)
     if not taken:

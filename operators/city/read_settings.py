@@ -123,7 +123,7 @@ def use_cache_folder(preferences, context=None):
         os.environ["NUMBA_CACHE_DIR"] = folder
 
 
-def remember_step(city, step, settings, earlier=None):
+def remember_step(city, step, settings):
     """Store on a city which settings a step was run with; those after it are to be done.
 
     Parameters
@@ -132,13 +132,8 @@ def remember_step(city, step, settings, earlier=None):
     step : str
         Of `STEPS`.
     settings : bpy.types.PropertyGroup
-    earlier : bpy.types.Object, optional
-        A city that this one replaces: the steps before stay as they were.
     """
     order = list(STEPS)
-    for name in order[: order.index(step)]:
-        if earlier is not None and ASKED + name in earlier:
-            city[ASKED + name] = earlier[ASKED + name]
     forget_steps(city, *order[order.index(step) + 1 :])
     city[ASKED + step] = describe_settings(step, settings)
 

@@ -3,9 +3,10 @@
 Reading takes place in Blender's thread; what was read is made a City in that of the work.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
+from mathutils import Matrix
 
 from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
@@ -36,8 +37,6 @@ class Seen:
     orient: str
     removed: set  # ids of its buildings that are left out
     content: FileContent | None = None  # of objects
-    unit: float = 1.0  # [m] of Blender's scene
-    shift: np.ndarray = field(default_factory=lambda: np.zeros(3))  # place of the city in it
     site: object = None  # core.city.scene.Site of its mesh
     taken: list = field(default_factory=list)  # of (object, name of its building), of `read_meshes`
     reshaped: tuple | None = None  # of `read_reshaped`
@@ -45,14 +44,11 @@ class Seen:
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
         from ...core.city.city import take_polygons
-        from ...core.city.edit_city import Change, edit_city, join_cities, move_tree, place_local
+        from ...core.city.edit_city import Change, edit_city, join_cities, place_local
         from ...core.city.join_contents import join_contents
 
         if self.imported is None:
             return None, join_contents([self.content], orient=self.orient)
-
-        def from_city(points):
-            return points / self.unit - self.shift
 
         imported = self.imported
         if self.reshaped is not None:
@@ -65,10 +61,7 @@ class Seen:
                 imported.building_id[len(left) :] = added.building_id  # they are parts of buildings that are there
         added = ()
         if self.content is not None:
-            city = join_contents([self.content], orient=self.orient)
-            trees = [move_tree(tree, from_city) for tree in city.trees]
-            city = replace(city, points=from_city(city.points), trees=trees)
-            added = (place_local(city, self.site, imported.crs),)
+            added = (place_local(join_contents([self.content], orient=self.orient), self.site, imported.crs),)
         if not (added or self.removed):
             return imported, imported
         gone = self.removed & {*imported.building_id}
@@ -95,12 +88,11 @@ def read_seen(context, city, session):
         lineage,
         request.orient,
         removed_of(city) - originals,
-        unit=context.scene.unit_settings.scale_length,
-        shift=np.array(city.location, float),
         site=site_of(city),
     )
     if read or is_in_place(city):
-        found.content = read_meshes("Objects of the city", list(read), context, found.taken, named=read)
+        frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
+        found.content = read_meshes("Objects of the city", list(read), context, found.taken, named=read, frame=frame)
     found.taken += [(item, name) for item, name in seen.items() if name in originals]
     if reshaped:
         found.reshaped = read_reshaped(city, session)

@@ -11,10 +11,9 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import METRES, SEEN, TAKEN, TAKEN_FROM, is_single, put_in_place, remember_beside
-from ..members import begin_design, name_faces, remember_wearers, write_sources
+from ..in_place import is_single
+from ..members import name_faces
 from ..run_step import Step, leave_edit_mode
-from ..session import find_city
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
 TREE_COLLECTIONS = ("tree", "trees", "vegetation")
@@ -45,23 +44,11 @@ class TakeMeshes(Step, bpy.types.Operator):
         from ...core.city.join_contents import join_contents
 
         content, taken, request = task
-        return taken, triangulate_import(join_contents([content], orient=request.orient), request, progress)
+        return *triangulate_import(join_contents([content], orient=request.orient), request, progress), taken
 
     def finish(self, context, result):
-        """Remember what was taken; the objects stay as they are."""
-        taken, (city, scene, findings) = result
-        text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
-        item, _ = find_city(context.scene)
-        item[TAKEN], item[SEEN] = {}, True
-        if context.scene.citypv.collection is not None:
-            item[TAKEN_FROM] = context.scene.citypv.collection
-        remember_wearers(item, taken)
-        item[METRES] = context.scene.unit_settings.scale_length
-        put_in_place(item, scene.site)
-        write_sources(item, scene.surfaces.surface_id)
-        begin_design(item)  # again: it consists of other objects than of its own mesh
-        remember_beside(item)
-        return text
+        """Show the city; the objects stay as they are."""
+        return show_import(context, *result)
 
 
 def find_items(context):
@@ -80,11 +67,11 @@ def find_items(context):
     return name, [item for item in items if not item.get(PREFIX + "part")]
 
 
-def read_meshes(name, items, context, taken=None, named=None):
+def read_meshes(name, items, context, taken=None, *, named=None, frame=None):
     """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
 
     Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
-    x east, y north, z up, in the scene's unit; the place on Earth has to be given by hand.
+    x east, y north, z up; the place on Earth has to be given by hand.
 
     Parameters
     ----------
@@ -92,11 +79,13 @@ def read_meshes(name, items, context, taken=None, named=None):
         What the objects are called together.
     items : list of bpy.types.Object
     context : bpy.types.Context
-        For modifiers, instances and the scene's unit.
+        For modifiers and instances.
     taken : list, optional
         It gets what was read: (object, name of its building), the name "" where the faces are not those of its mesh.
     named : dict, optional
         Names of the objects' buildings, where they are not called as the objects.
+    frame : (4, 4) float, optional
+        Turns world coordinates into metres; by default those of the scene's unit.
 
     Returns
     -------
@@ -107,8 +96,10 @@ def read_meshes(name, items, context, taken=None, named=None):
     InputError
         There is no face.
     """
-    metres, chosen, met, drawn = context.scene.unit_settings.scale_length, set(items), set(), set()
-    content, names, own = FileContent(name), Counter(), {}
+    if frame is None:
+        frame = np.diag([*3 * [context.scene.unit_settings.scale_length], 1.0])
+    content, chosen, met, drawn = FileContent(name), set(items), set(), set()
+    names, own = Counter(), {}
     for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
@@ -118,8 +109,9 @@ def read_meshes(name, items, context, taken=None, named=None):
         if not len(instance.object.data.polygons):
             continue
         drawn.add(owner)
+        matrix = frame @ np.array(instance.matrix_world)
         if is_tree(item) or is_tree(owner):
-            _add_tree(content, item.name, instance.object, np.array(instance.matrix_world), metres)
+            _add_tree(content, item.name, instance.object, matrix)
             continue
         called = (named or {}).get(owner, owner.name)
         building = f"{called}/{item.name}" if instance.is_instance else called
@@ -132,7 +124,7 @@ def read_meshes(name, items, context, taken=None, named=None):
         same = same and len(meshes[0].polygons) == len(meshes[1].polygons)
         own[owner] = building if same and owner not in own else ""
         ids = name_faces(owner, building) if own[owner] else None
-        _add_building(content, building, instance.object, np.array(instance.matrix_world), metres, ids)
+        _add_building(content, building, instance.object, matrix, ids)
     for item in sorted(chosen - drawn, key=lambda item: item.name):
         if item.type == "MESH":
             content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
@@ -156,9 +148,9 @@ def is_tree(item):
     return any(group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection)
 
 
-def _add_tree(content, name, item, matrix, metres):
+def _add_tree(content, name, item, matrix):
     tree = Tree(name, content.path, 0, evergreen=bool(item.original.get("evergreen", False)))
-    rings = _read_rings(item.data, matrix, metres)
+    rings = _read_rings(item.data, matrix)
     if not (np.abs(np.concatenate(rings)) <= LARGEST_COORDINATE).all():  # also true for NaN
         content.skip("tree with coordinates that are not finite or beyond the Earth", name)
         return
@@ -166,9 +158,9 @@ def _add_tree(content, name, item, matrix, metres):
     content.trees.append(tree)
 
 
-def _add_building(content, building, item, matrix, metres, ids):  # noqa: PLR0917
+def _add_building(content, building, item, matrix, ids):
     content.buildings.append(building)
-    rings, materials = _read_rings(item.data, matrix, metres), name_face_materials(item, item.data)
+    rings, materials = _read_rings(item.data, matrix), name_face_materials(item, item.data)
     for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
         # Repeat the first point: an open ring would count as repaired.
         rings = [np.concatenate([ring, ring[:1]])]
@@ -179,10 +171,10 @@ def _add_building(content, building, item, matrix, metres, ids):  # noqa: PLR091
         content.polygons.append(Polygon(name, number, 0, "", "", "surface", rings, face, material=material))
 
 
-def _read_rings(mesh, matrix, metres):
-    """Corners of each face in world coordinates: list of (k, 3) float64 [m]; mirrored objects keep their outside."""
+def _read_rings(mesh, matrix):
+    """Corners of each face by a matrix, (4, 4): list of (k, 3) float64 [m]; mirrored objects keep their outside."""
     points, start = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "loop_start", dtype=np.int32)
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are left out later
-        places = metres * (points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])
+        places = points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     rings = np.split(places[read_corners(mesh)], start[1:])
     return [ring[::-1] for ring in rings] if np.linalg.det(matrix[:3, :3]) < 0 else rings

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
-from ..city.read_settings import ASKED, read_settings
+from ..city.read_settings import read_settings
 from ..light.trace_city import keep_light
 from ..members import REDESIGNED, can_update, check_unedited, has_edits, hinders_update
 from ..picture.build_legend import PREVIEW
@@ -20,7 +20,6 @@ from .read_seen import read_seen
 
 BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
 HOURS = "full_load_hours"
-OF_BASE = ("import", "classify", "trace")  # steps whose settings are those of the city before
 
 
 class UpdateCity(OfCity, Step, bpy.types.Operator):
@@ -114,15 +113,12 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         _, seen, known = result
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
-        asked = {ASKED + step: city[ASKED + step] for step in OF_BASE if ASKED + step in city}
         traced, (_, *energy) = known.told
         show_kinds(context, self._shown, known, traced[2], seen)
         keep_light(context, *traced)
         UpdateCity.tried = None
         text = WeighEnergy.finish(self, context, (known, *energy))
         find_city(context.scene)[0].pop(PREVIEW, None)
-        for key, value in asked.items():  # the settings are those of the base
-            find_city(context.scene)[0][key] = value
         return text
 
 

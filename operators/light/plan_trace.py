@@ -92,12 +92,11 @@ def keep_plan(city, decisions):
     decisions : list of dict
         Of `core.effects.effect.Effect.as_dict`.
     """
+    from ...core.effects.plan_effects import describe_bound
+
     rows = []
     for one in decisions:
-        bound = "no bound on its error is known" if one["on"] else "how much light this changes is not known"
-        if one["bound"] is not None:
-            bound = f"leaves out at most {100 * one['bound']:.2g} % of full load hours"
-        parts = [f"{one['extent']}: {one['reason']}", bound]
+        parts = [f"{one['extent']}: {one['reason']}", describe_bound(one["bound"], one["on"])]
         if one["share"] is not None:
             parts.append(f"makes {show_number(100 * one['share'], 1, plus=True)} % of them")
         if one["seconds"] is not None:

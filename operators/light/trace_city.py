@@ -79,6 +79,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         session, *_ = result
         interrupted, transfer = keep_light(context, *result), session.transfer
         session.energy = session.told = None
+        remember_step(find_own_city(context.scene, session)[0], "trace", context.scene.citypv)
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or (
             f"Traced {count_of(len(transfer.surfaces), 'surface')} and {count_of(len(transfer.suns), 'sun')}"
@@ -114,7 +115,6 @@ def keep_light(context, session, found, findings, albedos):
     keep_report(city, session.scene, findings)
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
-    remember_step(city, "trace", context.scene.citypv)
     session.weather, session.transfer, session.base = found.weather, transfer, found.base
     interrupted = transfer.record.interrupted
     city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""

@@ -1,9 +1,9 @@
 """Show the colours of a city on the objects of the user that it was taken from, without changing their materials.
 
 Where the faces of an object are those of its mesh, the mesh gets the results as face attributes, and the colour
-attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances) have
-no place for results of each face: while colours are shown, they are drawn as lines, and can be moved as before; the
-city's own object shows their faces.
+attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances, faces
+split into cells) have no place for results of each face: while colours are shown, they are drawn as lines, and can be
+moved as before; the city's own object shows their faces.
 """
 
 import numpy as np
@@ -21,9 +21,10 @@ FEW = 3  # names shown
 
 def colour_user_meshes(city):
     """Show the colours of a city on the objects that it was taken from; the panel names those that a copy covers."""
-    own, names = np.zeros(len(city.data.polygons), bool), []
+    own, names, surface = np.zeros(len(city.data.polygons), bool), [], read_face_attribute(city.data, "surface")
     for item, building, triangles, faces in list_worn(city):
-        if building and is_single(item.data) and len(faces) and faces.max() < len(item.data.polygons):
+        whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
+        if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
             write_on_mesh(city.data, item.data, triangles, faces)
             own[triangles] = True
         elif item.get("tree") is None:
@@ -34,7 +35,7 @@ def colour_user_meshes(city):
     if is_in_place(city):
         city.hide_set(bool(own.all()))
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
-    reason = "lines around a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
+    reason = "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no faces of their own"
     city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
 
 
@@ -65,8 +66,6 @@ def user_meshes_coloured(city):
 def write_on_mesh(source, mesh, triangles, faces):
     """Write the results of a city's triangles to the faces of a mesh, and their colours.
 
-    Faces of several surfaces (cells of a grid) get means by area; codes, the one of the largest triangle.
-
     Parameters
     ----------
     source : bpy.types.Mesh
@@ -75,32 +74,20 @@ def write_on_mesh(source, mesh, triangles, faces):
     triangles : (k,) int
         Faces of the city.
     faces : (k,) int
-        Faces of the mesh that they are parts of.
+        Faces of the mesh that they are parts of, each of one surface.
     """
-    area, count = read_array(source.polygons, "area")[triangles], len(mesh.polygons)
-    largest = np.full(count, -1)
-    order = np.argsort(area, kind="stable")
-    largest[faces[order]] = triangles[order]
-    weight = np.maximum(area.astype(float), 1e-12)
-    total = np.bincount(faces, weight, count)
+    part = np.full(len(mesh.polygons), -1)  # any triangle of each face, -1 without one
+    part[faces] = triangles
     for attribute in list(source.attributes):
-        if not attribute.name.startswith(PREFIX) or attribute.domain != "FACE":
-            continue
-        name = attribute.name.removeprefix(PREFIX)
-        values = read_face_attribute(source, name)
-        if attribute.data_type == "INT":
-            write_face_attribute(mesh, name, np.where(largest < 0, -1, values[largest]))
-        else:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                write_face_attribute(mesh, name, np.bincount(faces, weight * values[triangles], count) / total)
+        if attribute.name.startswith(PREFIX) and attribute.domain == "FACE":
+            name, missing = attribute.name.removeprefix(PREFIX), -1 if attribute.data_type == "INT" else np.nan
+            write_face_attribute(mesh, name, np.where(part < 0, missing, read_face_attribute(source, name)[part]))
     given = source.color_attributes.get(COLOUR_ATTRIBUTE)
     if given is not None:
-        colour = read_array(given.data, "color_srgb", 4)[3 * triangles, :3]  # the city's faces are triangles
-        summed = np.column_stack([np.bincount(faces, weight * channel, count) for channel in colour.T])
+        colour = read_array(given.data, "color_srgb", 4)[3 * part, :3]  # the city's faces are triangles
         if COLOUR_ATTRIBUTE not in mesh.color_attributes:
             mesh[BEFORE] = mesh.color_attributes.active_color_name
-        known = total[:, None] > 0
-        write_colours(mesh, np.where(known, summed / np.maximum(total, 1e-12)[:, None], 0.6))
+        write_colours(mesh, np.where(part[:, None] < 0, 0.6, colour))
     mesh.update()
 
 

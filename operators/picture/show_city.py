@@ -37,28 +37,26 @@ def place_camera(scene, points, width=1600, height=900):
     tan_x = SENSOR_WIDTH / 2 / LENS
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     location = frame_points(points, (right, up, forward), tan_x, tan_x * height / width)
-    camera = find_camera(scene)
-    data = camera.data
-    data.type, data.lens, data.sensor_width, data.sensor_fit = "PERSP", LENS, SENSOR_WIDTH, "HORIZONTAL"
-    data.shift_x = data.shift_y = 0.0
+    camera = find_camera(scene, width, height)
     depths = (points - location) @ forward
-    data.clip_start, data.clip_end = 0.1, float(4 * depths.max() + 100)
+    camera.data.type, camera.data.lens, camera.data.clip_end = "PERSP", LENS, float(4 * depths.max() + 100)
     # A camera looks along its own -z, with y up.
     matrix = np.eye(4)
     matrix[:3] = np.column_stack((right, up, -forward, location))
     camera.matrix_world = Matrix(matrix.tolist())
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.render.resolution_percentage = 100
     return camera
 
 
-def find_camera(scene):
-    """The camera of CityPV's pictures, created if missing, as the camera of a Blender scene."""
+def find_camera(scene, width, height):
+    """The camera of CityPV's pictures of this size, created if missing, as the camera of a Blender scene."""
     data = bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA)
     camera = bpy.data.objects.get(CAMERA) or bpy.data.objects.new(CAMERA, data)
     if camera.name not in scene.collection.all_objects:
         scene.collection.objects.link(camera)
     scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    data.sensor_fit, data.sensor_width, data.clip_start = "HORIZONTAL", SENSOR_WIDTH, 0.1
+    data.shift_x = data.shift_y = 0.0
     return camera
 
 

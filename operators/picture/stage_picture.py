@@ -90,21 +90,11 @@ def copy_view(stage, seen, width, height, far):
     -------
     bpy.types.Object
     """
-    camera = find_camera(stage)
+    camera = find_camera(stage, WIDTH, max(1, round(WIDTH * height / width)))
     across = float(seen.window_matrix[0][0])  # cotangent of half the angle, or 2 / width of an orthographic view
-    data = camera.data
-    data.sensor_fit, data.sensor_width = "HORIZONTAL", SENSOR_WIDTH
-    data.shift_x = data.shift_y = 0.0
-    data.type = "PERSP" if seen.is_perspective else "ORTHO"
-    if seen.is_perspective:
-        data.lens = across * SENSOR_WIDTH / 2
-    else:
-        data.ortho_scale = 2 / across
-    data.clip_start, data.clip_end = 0.1, far
+    camera.data.type, camera.data.clip_end = "PERSP" if seen.is_perspective else "ORTHO", far
+    camera.data.lens, camera.data.ortho_scale = across * SENSOR_WIDTH / 2, 2 / across  # either counts
     camera.matrix_world = seen.view_matrix.inverted()
-    stage.render.resolution_x = WIDTH
-    stage.render.resolution_y = max(1, round(WIDTH * height / width))
-    stage.render.resolution_percentage = 100
     return camera
 
 
@@ -112,13 +102,13 @@ def copy_camera(stage, scene):
     """Give the picture's camera, which is returned, place, lens and resolution of a scene's own."""
     if scene.camera is None or scene.camera.type != "CAMERA":
         raise InputError("Camera", "the scene has none", "add a camera, or choose another view")
-    camera, given = find_camera(stage), scene.camera.data
+    render, given = scene.render, scene.camera.data
+    camera = find_camera(stage, render.resolution_x, render.resolution_y)
     for name in ("type", "lens", "sensor_width", "sensor_height", "sensor_fit", "ortho_scale", "shift_x", "shift_y"):
         setattr(camera.data, name, getattr(given, name))
     camera.data.clip_start, camera.data.clip_end = min(given.clip_start, 0.1), given.clip_end
     camera.matrix_world = Matrix(np.array(scene.camera.matrix_world).tolist())
-    for name in ("resolution_x", "resolution_y", "resolution_percentage"):
-        setattr(stage.render, name, getattr(scene.render, name))
+    stage.render.resolution_percentage = render.resolution_percentage
     return camera
 
 

@@ -20,9 +20,6 @@ from .select_faces import gather_selection, select_faces
 
 PROBE = PREFIX + "probe"
 NEAR = 0.1  # [m] from what is hit to the city's own face
-MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
-
-
 CHARTS = PREFIX + "charts"  # property of the city: 12 months [MWh], then 24 hours for each of `CURVES` [kW]
 CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
 MOST = 1000  # surfaces whose hours are computed for the day curve
@@ -66,11 +63,9 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         session, selected = reopen_session(city), gather_selection(context, city)
         keep_energy(session, find_kept(city), read_settings(context.scene.citypv))
         rows = find_surfaces(city, self.face, selected, whole=self.whole)
-        charts = chart_surfaces(session, rows)
-        months = [f"{name}|{value:,.2f} MWh" for name, value in zip(MONTHS, charts[:12].tolist(), strict=True)]
-        city[PROBE], city[CHARTS] = describe_surfaces(session, rows) + months, charts.tolist()
+        city[PROBE], city[CHARTS] = describe_surfaces(session, rows), chart_surfaces(session, rows).tolist()
         select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
-        return ", ".join(line.replace("|", " ") for line in city[PROBE][:8])
+        return ", ".join(line.replace("|", " ") for line in city[PROBE])
 
 
 def find_region(context, event):

@@ -9,7 +9,7 @@ from ..city.build_meshes import BUILDINGS
 from ..in_place import is_in_place, is_seen, list_worn
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city
-from .keep_report import describe_row, find_faces, find_row, read_rows
+from .keep_report import describe_row, find_faces, read_rows
 
 HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
 
@@ -99,11 +99,10 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
     @classmethod
     def description(cls, context, properties):
         """Tooltip: full reason, count and first ids."""
-        try:
-            row = find_row(find_city(context.scene)[0], properties.group)
-        except (InputError, AttributeError):  # without such a row or a city
-            return cls.__doc__
-        return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
+        for row in read_rows(find_city(context.scene)[0] or {}):
+            if row["key"] == properties.group:
+                return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
+        return cls.__doc__
 
     def act(self, context, city, ground):
         """Select, and report the number of surfaces."""

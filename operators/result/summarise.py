@@ -12,23 +12,17 @@ KWP = PREFIX + "kwp"  # of each surface
 COMPARISON, FOUND = PREFIX + "compared", PREFIX + "matched"  # before and after: tables as JSON, and a sentence
 OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND)
 OF_ENERGY += tuple(PREFIX + name for name in ("probe", "best", "charts"))
-KIND_TITLES = {
-    "facade": "Facades",
-    "roof": "Pitched roofs",
-    "steep": "Steep roofs",
-    "flat": "Flat roofs",
-    "rack": "Racks",
-}
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
 def sum_totals(transfer, energy, request):
     """Power, energy and hours of all eligible surfaces and of each kind, as in summary.json: dict of dicts."""
     from ...core.energy.pv_system import build_system
+    from ...core.results.read_results import TITLES
     from ...core.results.write_summary import sum_totals as sum_whole
 
     whole = sum_whole(transfer, energy, build_system(request))
-    return {"All": whole} | {KIND_TITLES[kind]: one for kind, one in whole["kinds"].items()}
+    return {"All": whole} | {TITLES[kind]: one for kind, one in whole["kinds"].items()}
 
 
 def summarise_energy(item, weather, energy, place, totals):

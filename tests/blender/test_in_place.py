@@ -102,6 +102,14 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     assert town["Row"].display_type == "WIRE"
 
 
+def test_cells_are_shown_by_the_city_itself(addon, town):
+    """A face of the user has one colour, so that faces split into cells are seen as the city has them."""
+    city = run("take_meshes", "classify", split=True, grid_size=4.0)
+    assert city.visible_get() and all(item.display_type == "WIRE" for item in town.values())
+    run("classify", split=False)
+    assert town["House"].display_type == "TEXTURED" and "citypv_colour" in town["House"].data.color_attributes
+
+
 def test_undo_takes_the_colours_off_again(addon, town):
     run("take_meshes")
     bpy.ops.ed.undo_push(message="taken")
