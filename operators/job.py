@@ -46,10 +46,6 @@ class Job:
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
         self.rate = self.left = ""
 
-    def join(self):
-        """Wait for the end of the work."""
-        self._thread.join()
-
     @property
     def text(self):
         """Progress in one line."""

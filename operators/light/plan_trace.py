@@ -16,8 +16,8 @@ from ..members import check_unedited
 from ..run_step import Action, OfCity, Step
 from ..session import find_city, find_own_city, find_session
 
-PLAN = PREFIX + "plan"  # property of the city
-PRICES = PREFIX + "prices"  # property of the city
+PLAN = PREFIX + "planned"  # of a city: effect -> state, sentence
+PRICES = PREFIX + "predicted"  # of a city: preset -> seconds, error [%]
 NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
 DAYS = int(Request.suns.partition(":")[2])  # traced by default
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
@@ -35,6 +35,16 @@ class OfScene(OfCity):
         return find_session(city), read_settings(context.scene.citypv)
 
 
+def prepare_weather(session, request, progress):
+    """Weather of a session's place in a year, once settings are checked and loops are compiled: Weather."""
+    from ...core.study import check_settings, read_year
+
+    check_settings(request)
+    compile_loops(progress)
+    progress("reading weather", 0, 1, "years")
+    return read_year(session.scene.site, request)
+
+
 class PlanEffects(OfScene, Step, bpy.types.Operator):
     """Decide which effects this city calls for, each with its reason, what it leaves out at most, and its seconds"""
 
@@ -43,13 +53,10 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Decide, with a pilot where a decision depends on it."""
-        from ...core.study import check_settings, prepare_study, read_year
+        from ...core.study import prepare_study
 
         session, request = task
-        check_settings(request)
-        compile_loops(progress)
-        progress("reading weather", 0, 1, "years")
-        weather = read_year(session.scene.site, request)
+        weather = prepare_weather(session, request, progress)
         prepared = prepare_study(session.scene, weather, request, progress=progress)
         return session, [effect.as_dict() for effect in prepared.plan.effects]
 
@@ -84,7 +91,7 @@ class ExplainEffect(OfCity, Action, bpy.types.Operator):
 
 
 def keep_plan(city, decisions):
-    """Store decisions on a city: for each effect its key, on or off with its extent, and a sentence.
+    """Store decisions on a city: for each effect on or off with its extent, and a sentence.
 
     Parameters
     ----------
@@ -94,21 +101,20 @@ def keep_plan(city, decisions):
     """
     from ...core.effects.plan_effects import describe_bound
 
-    rows = []
+    plan = {}
     for one in decisions:
         parts = [f"{one['extent']}: {one['reason']}", describe_bound(one["bound"], one["on"])]
         if one["share"] is not None:
-            parts.append(f"makes {show_number(100 * one['share'], 1, plus=True)} % of them")
+            parts.append(f"makes {show_number(100 * one['share'], 1, plus=True)} % of full load hours")
         if one["seconds"] is not None:
             parts.append(f"takes {describe_duration(one['seconds'])}")
-        row = one["key"], f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)
-        rows.append("|".join(text.replace("|", "/") for text in row))
-    city[PLAN] = rows
+        plan[one["key"]] = [f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)]
+    city[PLAN] = plan
 
 
 def read_plan(city):
-    """Decisions on the effects of a city: dict of key to (state, sentence); empty without a plan."""
-    return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in city.get(PLAN, ()))}
+    """Decisions on the effects of a city: mapping of key to (state, sentence); empty without a plan."""
+    return city.get(PLAN) or {}
 
 
 class UsePreset(Action, bpy.types.Operator):
@@ -139,22 +145,18 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
     def work(task, progress):
         """Trace the pilot."""
         from ...core.accuracy.price_list import list_prices
-        from ...core.study import check_settings, read_year
 
         session, request = task
-        check_settings(request)
-        compile_loops(progress)
-        progress("pilot", 0, 1, "pilots")
-        weather = read_year(session.scene.site, request)
+        weather = prepare_weather(session, request, progress)
         listed = list_prices(session.scene, weather, request, progress=progress)
-        return session, [(one.name, one.seconds, one.error) for one in listed.prices if one.name in PRESETS]
+        return session, {one.name: [one.seconds, one.error] for one in listed.prices if one.name in PRESETS}
 
     def finish(self, context, result):
         """Store the predictions on the city."""
         session, prices = result
         city, _ = find_own_city(context.scene, session)
-        city[PRICES] = [f"{name}|{seconds:.3g}|{error:.3g}" for name, seconds, error in prices]
-        return "; ".join(f"{name.capitalize()}: {describe_price(row)}" for name, row in read_prices(city).items())
+        city[PRICES] = prices
+        return "; ".join(f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items())
 
 
 def properties_of_preset(preset):
@@ -173,9 +175,8 @@ def find_preset(settings):
 
 
 def read_prices(city):
-    """Predictions stored on a city: dict of preset to (seconds, error [%]); empty without them."""
-    rows = (row.split("|") for row in city.get(PRICES, ()))
-    return {name: (float(seconds), float(error)) for name, seconds, error in rows}
+    """Predictions stored on a city: mapping of preset to (seconds, error [%]); empty without them."""
+    return city.get(PRICES) or {}
 
 
 def describe_price(price):

@@ -11,13 +11,13 @@ from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import remember_step
-from ..job import COMPILING, compile_loops
+from ..job import COMPILING
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
 from ..run_step import Step, leave_edit_mode
 from ..session import Session, find_city, find_own_city, find_session
-from .plan_trace import OfScene, keep_plan
+from .plan_trace import OfScene, keep_plan, prepare_weather
 
 SUNS_PER_DAY = 12
 # Work of a patch beside its rays to the sky, under each sun, and for each of its points there, in units of such a ray.
@@ -57,14 +57,12 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         """Trace; the weather only provides the hours. Rounds are left in the task's queue, see `trace_rounds`."""
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import check_tracing, read_year
+        from ...core.study import check_tracing
 
         session, request, unread, found = task
         check_tracing(request)
         albedos = describe_albedo(session.scene, request)
-        compile_loops(progress)
-        progress("reading weather", 0, 1, "years")
-        weather = read_year(session.scene.site, request)
+        weather = prepare_weather(session, request, progress)
         transfer, base = trace_rounds(session, weather, request, progress, found)
         findings = list_findings(session.scene, transfer.covered_share)
         return session, Session(weather=weather, transfer=transfer, base=base), findings, (albedos, unread)

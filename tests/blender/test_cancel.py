@@ -99,7 +99,7 @@ def job_that_keeps(cancels):
     assert begun.wait(10)
     for _ in range(cancels):
         job.cancel()
-    job.join()
+    job._thread.join()
     return job
 
 
@@ -132,7 +132,7 @@ def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
     assert step.modal(bpy.context, tick) == {"CANCELLED"}
     assert step._job.running and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
     going.set()
-    step._job.join()
+    step._job._thread.join()
 
 
 # -- cancelled while files are read: nothing is there that was not there before --
