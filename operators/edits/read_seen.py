@@ -3,7 +3,7 @@
 Reading takes place in Blender's thread; what was read is made a City in that of the work.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from mathutils import Matrix
@@ -12,7 +12,6 @@ from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
 from ..attributes import read_array, read_corners, read_face_attribute
 from ..city.build_meshes import site_of
-from ..city.read_settings import read_settings
 from ..in_place import is_in_place
 from ..members import (
     LINEAGE,
@@ -35,11 +34,11 @@ class Seen:
     design: str  # digest of it, of `members.describe_design`
     lineage: str
     orient: str
+    site: object  # core.city.scene.Site of its mesh
     removed: set  # ids of its buildings that are left out
-    content: FileContent | None = None  # of objects
-    site: object = None  # core.city.scene.Site of its mesh
-    taken: list = field(default_factory=list)  # of (object, name of its building), of `read_meshes`
-    reshaped: tuple | None = None  # of `read_reshaped`
+    content: FileContent | None  # of objects
+    taken: list  # of (object, name of its building), of `read_meshes`
+    reshaped: tuple | None  # of `read_reshaped`
 
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
@@ -53,8 +52,7 @@ class Seen:
         imported = self.imported
         if self.reshaped is not None:
             broken, content = self.reshaped
-            left = take_polygons(imported, ~np.isin(imported.surface_id, list(broken)))
-            imported = left
+            imported = left = take_polygons(imported, ~np.isin(imported.surface_id, list(broken)))
             if content.polygons:
                 added = place_local(join_contents([content], orient="as-drawn"), self.site, left.crs)
                 imported = join_cities(left, added)
@@ -62,8 +60,6 @@ class Seen:
         added = ()
         if self.content is not None:
             added = (place_local(join_contents([self.content], orient=self.orient), self.site, imported.crs),)
-        if not (added or self.removed):
-            return imported, imported
         gone = self.removed & {*imported.building_id}
         return imported, edit_city(imported, Change(removed=gone, added=added))
 
@@ -77,26 +73,24 @@ def read_seen(context, city, session):
         Its own mesh was turned, or faces of objects were edited in it.
     """
     context.view_layer.update()
-    request, seen = read_settings(context.scene.citypv), list_seen(city)
-    reshaped = city.get(RESHAPED) and session.scene is not None
+    seen, reshaped = list_seen(city), city.get(RESHAPED) and session.scene is not None
     lineage = next_lineage(city) if reshaped else city.get(LINEAGE, "")
     originals = set() if is_in_place(city) else originals_of(city, seen)
-    read = {item: name for item, name in seen.items() if name not in originals}
-    found = Seen(
+    read, content, taken = {item: name for item, name in seen.items() if name not in originals}, None, []
+    if read or is_in_place(city):
+        frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
+        content = read_meshes("Objects of the city", list(read), context, taken, named=read, frame=frame)
+    return Seen(
         None if is_in_place(city) else session.imported,
         describe_design(city, lineage),
         lineage,
-        request.orient,
+        context.scene.citypv.orient,
+        site_of(city),
         removed_of(city) - originals,
-        site=site_of(city),
+        content,
+        taken + [(item, name) for item, name in seen.items() if name in originals],
+        read_reshaped(city, session) if reshaped else None,
     )
-    if read or is_in_place(city):
-        frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
-        found.content = read_meshes("Objects of the city", list(read), context, found.taken, named=read, frame=frame)
-    found.taken += [(item, name) for item, name in seen.items() if name in originals]
-    if reshaped:
-        found.reshaped = read_reshaped(city, session)
-    return found
 
 
 def read_reshaped(city, session):
