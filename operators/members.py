@@ -54,20 +54,14 @@ def begin_design(city, earlier=None):
     city[IDENTITY] = city.get(IDENTITY) or earlier or uuid.uuid4().hex
     city[LINEAGE] = uuid.uuid4().hex
     city[REMOVED] = "\n".join(sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item}))
-    remember_mesh(city)
     remember_design(city, describe_design(city, seen=None if is_in_place(city) else {}))
 
 
-def remember_mesh(city):
-    """Store on a city the shape of its own mesh, and of its ground."""
+def remember_design(city, design):
+    """Store on a city of what design its results are, with the shape of its own mesh and of its ground."""
     city[MESH], city[RESHAPED] = describe_mesh(city), False
     city[GROUND], city[RELAID] = describe_ground(city), False
-
-
-def remember_design(city, design):
-    """Store on a city of what design its results are."""
-    city[DESIGN] = design
-    city[REDESIGNED] = design != describe_design(city)
+    city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
 
 
 def has_edits(city):

@@ -12,13 +12,13 @@ from ..edits.read_seen import read_seen
 from ..in_place import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
 from ..job import COMPILING, compile_loops
 from ..members import (
+    DESIGN,
     LINEAGE,
     OF_CITY,
     check_unedited,
     describe_design,
     has_edits,
     remember_design,
-    remember_mesh,
     remember_wearers,
     write_sources,
 )
@@ -109,12 +109,12 @@ def show_kinds(context, before, session, findings, seen=None):
     show_objects(context.scene, item, ground)
     if seen is not None:
         item[LINEAGE] = seen.lineage
+        item[DESIGN] = describe_design(item) if same else seen.design
         remember_wearers(item, seen.taken)
-        remember_design(item, describe_design(item) if same else seen.design)
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)
-    remember_mesh(item)
+    remember_design(item, item[DESIGN])
     session.ground_material = before.ground_material
     open_session(item, session)
     keep_report(item, scene, findings)
