@@ -3,7 +3,7 @@
 Years are checked separately, so that good ones do not hide a bad one.
 """
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..settings.errors import InputError, first_true
 from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
 from .check_faults import check_diffuse, check_faults, check_given, check_irradiance, check_summer_time, cut_days
-from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
+from .check_sun_times import check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
 
 DAY = pd.Timedelta(days=1)
@@ -189,7 +189,7 @@ def check_years(record, interval, position):
     Returns
     -------
     dict
-        Year, as a string -> fields of `SunTimes`.
+        Year, as a string -> SunTimes.
     """
     raw = record.data[[name for name in IRRADIANCES if name in record.data]]
     given, found = raw.clip(lower=0.0), {}
@@ -210,7 +210,7 @@ def check_years(record, interval, position):
         times.unlikely = notes + check_faults(complete, days, source)
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
         check_values(derived, complete.columns, source, cure="check these columns at that time")
-        found[year] = asdict(times)
+        found[year] = times
     return found
 
 
@@ -250,17 +250,16 @@ def describe_checks(record, interval, checks):
     -------
     list of str
     """
-    years = [SunTimes(**one) for one in checks.values()]
-    notes = [f"{year}: {note}" for year, one in checks.items() for note in one["unlikely"]]
+    notes = [f"{year}: {note}" for year, one in checks.items() for note in one.unlikely]
     days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
     if len(days):
         notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")
-    closures = [one for one in years if one.closure_residual is not None]
+    closures = [one for one in checks.values() if one.closure_residual is not None]
     if closures:
         worst = max(closures, key=lambda one: one.closure_residual)
         note = f"GHI = DHI + DNI cos z to {100 * worst.closure_residual:.2f} % of GHI; best with the sun shifted by"
         notes.append(f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)")
-    daylights = [one for one in years if one.daylight_shift is not None]
+    daylights = [one for one in checks.values() if one.daylight_shift is not None]
     if daylights:
         worst = max(daylights, key=lambda one: abs(one.daylight_shift))
         note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"

@@ -122,36 +122,27 @@ def read_files(files, latitude, longitude, point):
     place : GridPoint
         The values belong to.
     """
-    tables, place = [], None
+    tables, places = [], []
     for path, file in files:
-        found = read_file(path, file, latitude, longitude, point)
-        if found is None:
-            continue
-        own, here = found
-        place = place or here
-        if max(abs(here.latitude - place.latitude), abs(here.longitude - place.longitude)) > SAME_PLACE:
-            problem = f"its grid point {here} differs from {place} of the others"
+        with ExitStack() as stack:
+            found = open_file(path, file, stack)
+            if found is None:
+                continue
+            dataset, names, scales = found
+            dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
+            if "expver" in dataset.dims:
+                dataset = merge_versions(dataset)
+            times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
+            values = {ours: dataset[name].to_numpy().astype(float) for ours, name in names.items()}
+        scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
+        tables.append(pd.DataFrame(scaled, index=times))
+        places.append(place)
+        if np.abs(np.subtract(place, places[0])).max() > SAME_PLACE:
+            problem = f"its grid point {place} differs from {places[0]} of the others"
             raise InputError(path, problem, "download all variables on the same grid")
-        tables.append(own)
     if not tables:
         raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
-    return reduce(pd.DataFrame.combine_first, tables), place
-
-
-def read_file(path, file, latitude, longitude, point):
-    """Values of one NetCDF file at one place: table and place as in `read_files`; None where it has none."""
-    with ExitStack() as stack:
-        found = open_file(path, file, stack)
-        if found is None:
-            return None
-        dataset, names, scales = found
-        dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
-        if "expver" in dataset.dims:
-            dataset = merge_versions(dataset)
-        times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
-        values = {ours: dataset[name].to_numpy().astype(float) for ours, name in names.items()}
-    scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
-    return pd.DataFrame(scaled, index=times), place
+    return reduce(pd.DataFrame.combine_first, tables), places[0]
 
 
 def open_file(path, file, stack):

@@ -2,7 +2,7 @@
 
 import re
 import zipfile
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from ..read.open_input import open_input
@@ -87,10 +87,10 @@ def check_record(record, horizon_cut="measured"):
     """
     interval = check_weather(record)
     weather = add_sun(record, interval, horizon_cut)
-    weather.checks = check_years(record, interval, weather.data[POSITION])
+    checks = check_years(record, interval, weather.data[POSITION])
     check_values(record.data, record.columns, record.source)
-    weather.notes += describe_checks(record, interval, weather.checks)
-    return weather
+    notes = weather.notes + describe_checks(record, interval, checks)
+    return replace(weather, notes=notes, checks={year: asdict(times) for year, times in checks.items()})
 
 
 def check_sources(source):
