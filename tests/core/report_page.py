@@ -1,10 +1,26 @@
 """What report.html shows in a browser: the numbers beside the picture, and what its pixels ought to show."""
 
 import re
+from xml.sax.saxutils import escape
 
 import numpy as np
+from small_city import FAST, house, write_gml
 
+from citypv.core.commands.command_line import main
 from citypv.core.results.read_results import read_results
+
+LEAST, MOST = (8, 8, 4), (16, 16, 20)  # [m] sizes of houses
+
+
+def simulate_houses(out, names, rng, columns, *options, east=0.0):
+    """Results of houses in rows of so many, 24 m apart, whose ids may want to do harm: their folder."""
+    members = [
+        house(escape(name, {'"': "&quot;"}), (east + 24 * (k % columns), 24 * (k // columns)), rng.uniform(LEAST, MOST))
+        for k, name in enumerate(names)
+    ]
+    city = write_gml(out.with_suffix(".gml"), *members)
+    assert main(["simulate", str(city), "--out", str(out), *options, *FAST]) == 0
+    return out
 
 
 def shown(page):

@@ -24,7 +24,9 @@ def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     texts = [
         f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n" for name in ("mirror", "glossy:0.001", "glossy:0.3")
     ]
-    mirror, smooth, rough = (light_of_strips(trace_street(tmp_path, text, 50.0, "forward"), 0)[0] for text in texts)
+    mirror, smooth, rough = (
+        light_of_strips(trace_street(tmp_path, text, 50.0, "forward", samples=5000), 0)[0] for text in texts
+    )
     assert smooth == pytest.approx(mirror, abs=0.01)
     assert rough[0] < 0.9 * mirror[0]
     assert mirror[3] < 1e-3

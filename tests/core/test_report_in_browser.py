@@ -3,16 +3,13 @@
 Where no Chromium is installed these tests are skipped; `.ci/run` installs one, and fails without.
 """
 
-from xml.sax.saxutils import escape
-
 import numpy as np
 import pandas as pd
 import pytest
 from browser import start_browser
 from matplotlib import colormaps
 from matplotlib.image import imread
-from report_page import Picture, numbers, on_counted_area, shown, shown_parts
-from small_city import FAST, house, write_gml
+from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
 
 from citypv.core.commands.command_line import main
 from citypv.core.results.read_results import read_results
@@ -34,17 +31,10 @@ HOSTILE = [
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Results of sixteen houses, whose ids want to do harm."""
-    place, rng = tmp_path_factory.mktemp("browser"), np.random.default_rng(3)
     names = [*HOSTILE, *(f"house {k}" for k in range(len(HOSTILE), 16))]
-    text = ""
-    for k, name in enumerate(names):
-        size, low = rng.uniform([8, 8, 4], [16, 16, 20]), (24 * (k % 4), 24 * (k // 4))
-        text += house(escape(name, {'"': "&quot;"}), low, size)
-    city = place / "city.gml"
-    write_gml(city, text)
-    assert main(["simulate", str(city), "--monthly", "--out", str(place / "out"), *FAST]) == 0
-    assert main(["plot", str(place / "out"), "--quiet"]) == 0
-    return place / "out"
+    out = simulate_houses(tmp_path_factory.mktemp("browser") / "out", names, np.random.default_rng(3), 4, "--monthly")
+    assert main(["plot", str(out), "--quiet"]) == 0
+    return out
 
 
 @pytest.fixture(scope="module")

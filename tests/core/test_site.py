@@ -5,7 +5,6 @@ import json
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from xml.sax.saxutils import escape
 
 import numpy as np
 import pandas as pd
@@ -13,8 +12,7 @@ import pyproj
 import pytest
 from browser import start_browser
 from read_glb import Glb, visit_tiles
-from report_page import Picture, numbers, on_counted_area, shown, shown_parts
-from small_city import FAST, house, write_gml
+from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import tile_tree
@@ -28,18 +26,9 @@ EAST = (0.0, 400.0)  # [m] of the two folders
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     """Results of two quarters of nine houses each."""
-    place, rng, made = tmp_path_factory.mktemp("quarters"), np.random.default_rng(4), []
-    for quarter, east in enumerate(EAST):
-        names = [*HOSTILE, *(f"house {k}" for k in range(6))] if quarter else [f"House {k}" for k in range(9, 18)]
-        text = ""
-        for k, name in enumerate(names):
-            low, size = (east + 24 * (k % 3), 24 * (k // 3)), rng.uniform([8, 8, 4], [16, 16, 20])
-            text += house(escape(name, {'"': "&quot;"}), low, size)
-        city = place / f"{quarter}.gml"
-        write_gml(city, text)
-        made.append(place / f"quarter{quarter}")
-        assert main(["simulate", str(city), "--out", str(made[-1]), *FAST]) == 0
-    return made
+    place, rng = tmp_path_factory.mktemp("quarters"), np.random.default_rng(4)
+    names = [f"House {k}" for k in range(9, 18)], [*HOSTILE, *(f"house {k}" for k in range(6))]
+    return [simulate_houses(place / f"quarter{k}", names[k], rng, 3, east=east) for k, east in enumerate(EAST)]
 
 
 @pytest.fixture(scope="module")

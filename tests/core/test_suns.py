@@ -109,8 +109,6 @@ def test_more_typical_days_stand_nearer():
         mismatch(choose_suns(f"typical-days:{n}", times, HOUR, 30, 0), times, 30, 0).mean() for n in (1, 4, 12, 52)
     ]
     assert angles[0] > 2 * angles[1] > 4 * angles[2] > 6 * angles[3]
-    every = choose_suns("typical-days:365", times, HOUR, 30, 0)
-    assert mismatch(every, times, 30, 0).max() < 0.01
 
 
 def test_weights_are_the_shares_of_the_year():
