@@ -40,6 +40,16 @@ def refused(capfd):
     return run
 
 
+@pytest.fixture(scope="module")
+def chromium():
+    """A page of a browser, for all tests of a file."""
+    from browser import start_browser
+
+    browser = start_browser()
+    yield browser
+    browser.close()
+
+
 @pytest.fixture(scope="session")
 def base_of(tmp_path_factory):
     """Cities of the tests of edits and their bases, by name; each is traced once."""

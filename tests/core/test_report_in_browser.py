@@ -42,13 +42,6 @@ def faces(folder):
     return pd.read_csv(folder / "faces.csv", index_col="surface_id", keep_default_na=False, na_values=[""])
 
 
-@pytest.fixture(scope="module")
-def chromium():
-    browser = start_browser()
-    yield browser
-    browser.close()
-
-
 @pytest.fixture
 def page(chromium, folder):
     """The page as it opens; nothing else may be asked for, and nothing go wrong."""

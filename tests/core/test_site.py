@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pyproj
 import pytest
-from browser import start_browser
 from read_glb import Glb, visit_tiles
 from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
 
@@ -188,15 +187,13 @@ def whole_map(page):
 
 
 @pytest.fixture
-def page(address):
+def page(chromium, address):
     """The map as it opens; nothing else may be asked for, and nothing go wrong."""
-    browser = start_browser()
-    browser.call("Page.navigate", url=f"{address}index.html")
-    whole_map(browser)
-    yield browser
-    assert browser.complaints == [] and all(url.startswith(address) for url in browser.requests)
-    assert browser.run("document.title") == "Solar map"
-    browser.close()
+    chromium.call("Page.navigate", url=f"{address}index.html")
+    whole_map(chromium)
+    yield chromium
+    assert chromium.complaints == [] and all(url.startswith(address) for url in chromium.requests)
+    assert chromium.run("document.title") == "Solar map"
 
 
 def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
