@@ -129,33 +129,19 @@ def _spread(foot_points, feet, terrain, near, bounds):
             "at walls; heights there are interpolated, or those of the nearest point."
         )
     open_feet = np.flatnonzero(np.isnan(heights[at_feet]))
-    heights[open_feet], beyond = _follow_feet(places, heights, foot_points, open_feet)
-    if beyond:
-        notes.append(f"{beyond:,} ground points at walls are beyond the terrain: they follow the buildings' feet.")
+    if len(open_feet):  # the feet's own heights, less the median by which feet stand above the terrain elsewhere
+        heights[open_feet] = foot_points[open_feet, 2] - np.nanmedian(foot_points[:, 2] - heights[at_feet])
+        count = f"{len(open_feet):,} ground points at walls"
+        notes.append(f"{count} are more than {NEAR:g} m from the terrain: they follow the buildings' feet.")
     gap = np.isnan(heights)
-    if gap.any():  # beyond the convex hull the nearest height
-        between = _interpolate(places[~gap], heights[~gap], places[gap])
+    if gap.any():  # linear between all others; beyond their convex hull the nearest height
+        between = np.nan
+        if np.count_nonzero(~gap) >= 4:
+            plane = Delaunay(places[~gap], qhull_options="QJ")
+            between = LinearNDInterpolator(plane, heights[~gap])(places[gap])
         nearest = cKDTree(places[~gap]).query(places[gap])[1]
         heights[gap] = np.where(np.isnan(between), heights[~gap][nearest], between)
     return places[keep], heights[keep], notes
-
-
-def _follow_feet(places, heights, foot_points, chosen):
-    """Heights of feet in gaps: linear between what is around; beyond that the feet's own, less the median by which
-    feet stand above the terrain elsewhere. And how many lie beyond."""
-    known = ~np.isnan(heights)
-    between = _interpolate(places[known], heights[known], places[chosen])
-    at_feet = np.flatnonzero(known[: len(foot_points)])
-    offset = np.median(foot_points[at_feet, 2] - heights[at_feet])
-    beyond = np.isnan(between)
-    return np.where(beyond, foot_points[chosen, 2] - offset, between), int(beyond.sum())
-
-
-def _interpolate(places, heights, wanted):
-    """Linear between places; NaN beyond them."""
-    if len(places) < 4 or not len(wanted):
-        return np.full(len(wanted), np.nan)
-    return LinearNDInterpolator(Delaunay(places, qhull_options="QJ"), heights)(wanted)
 
 
 def _refine(vertices, terrain, foot_places):

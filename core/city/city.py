@@ -102,6 +102,15 @@ def take_polygons(city, kept):
     return replace(city, **shape, **take_rows(city, np.flatnonzero(kept)))
 
 
+def append_shape(city, points, ring_start, polygon_start):
+    """Points and rings of a city followed by others, as keywords of `replace`."""
+    return {
+        "points": np.concatenate([city.points, points]),
+        "ring_start": np.append(city.ring_start, city.ring_start[-1] + ring_start[1:]),
+        "polygon_start": np.append(city.polygon_start, city.polygon_start[-1] + polygon_start[1:]),
+    }
+
+
 def number_names(names):
     """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
     numbers = defaultdict(count().__next__)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..settings.errors import InputError
-from .city import LISTS, City, take_polygons
+from .city import LISTS, append_shape, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
@@ -116,17 +116,8 @@ def join_cities(one, other):
         lists[name][len(one) :] = rename(lists[name][len(one) :], set(lists[name][: len(one)]))
     names = rename([tree.name for tree in other.trees], {tree.name for tree in one.trees})
     added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
-    return City(
-        points=np.concatenate([one.points, other.points]),
-        ring_start=np.append(one.ring_start, one.ring_start[-1] + other.ring_start[1:]),
-        polygon_start=np.append(one.polygon_start, one.polygon_start[-1] + other.polygon_start[1:]),
-        crs=one.crs,
-        report=one.report,
-        colours=other.colours | one.colours,
-        trees=[*one.trees, *added],
-        terrain=one.terrain,
-        **lists,
-    )
+    trees, shape = [*one.trees, *added], append_shape(one, *other.shape)
+    return replace(one, colours=other.colours | one.colours, trees=trees, **shape, **lists)
 
 
 def rename(names, taken):

@@ -136,23 +136,14 @@ def measure_objects(building, points):
     thin : (b,) bool
         Its height, or its width seen from above, is less than THIN.
     """
-    count = building.max(initial=-1) + 1
-    height, number = extents(building, points[:, 2], count), np.bincount(building)
-    middle = np.column_stack([np.bincount(building, points[:, k], count) / number for k in (0, 1)])
-    away = points[:, :2] - middle[building]
-    # The width across the longer principal axis of the points.
-    spread = [np.bincount(building, away[:, i] * away[:, k], count) for i, k in ((0, 0), (1, 1), (0, 1))]
-    angle = 0.5 * np.arctan2(2 * spread[2], spread[0] - spread[1])
-    across = away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building]
-    return height, np.minimum(height, extents(building, across, count)) < THIN
-
-
-def extents(owner, values, count):
-    """Largest less smallest value of each owner: (count,)."""
-    low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(low, owner, values)
-    np.maximum.at(high, owner, values)
-    return high - low
+    order = np.argsort(building, kind="stable")
+    first, heights = np.flatnonzero(np.diff(building[order], prepend=-1)), points[order, 2]
+    height = np.maximum.reduceat(heights, first) - np.minimum.reduceat(heights, first)
+    around = shapely.oriented_envelope(shapely.multipoints(points[order, :2], indices=building[order]))
+    # The shorter side of a rectangle, which may be a line or a point, from half its outline and its area.
+    half = 0.5 * shapely.length(around)
+    width = 0.5 * (half - np.sqrt(np.maximum(half**2 - 4 * shapely.area(around), 0.0)))
+    return height, np.minimum(height, width) < THIN
 
 
 def find_floating(building, middles, objects, ground_height):

@@ -120,18 +120,12 @@ def _link(edges, count):
 
 
 def _middles(points, edges, shell, sign):
-    """Apex of the cone that closes each shell, the middle of its open edges (s, 3) [m]; and if it has none (s,)."""
+    """Apex of the cone that closes each shell, the middle of its corners (s, 3) [m]; and if it has none (s,)."""
     count, owner = shell.max(initial=-1) + 1, shell[edges.polygon]
     # Open are the edges of the consistently oriented shell whose uses do not cancel.
     key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
     index = np.unique(key, return_inverse=True)[1].reshape(-1)
     gap = np.abs(np.bincount(index, edges.forward * sign[edges.polygon])[index]) > 0.5
-    weight = np.linalg.norm(points[edges.end] - points[edges.start], axis=1) * gap
-    whole = np.bincount(owner, weight, count)
-    closed = whole == 0
-    weight, whole = np.where(closed[owner], 1.0, weight), np.where(closed, np.bincount(owner, minlength=count), whole)
-    middle = np.empty((count, 3))
-    for axis in range(3):
-        ends = 0.5 * (points[edges.start, axis] + points[edges.end, axis])
-        middle[:, axis] = np.bincount(owner, weight * ends, count) / np.maximum(whole, 1e-300)
-    return middle, closed
+    corners = np.maximum(np.bincount(owner, minlength=count), 1)
+    middle = np.column_stack([np.bincount(owner, points[edges.start, axis], count) for axis in range(3)])
+    return middle / corners[:, None], np.bincount(owner, gap, count) == 0

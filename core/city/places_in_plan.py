@@ -2,12 +2,9 @@
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 COINCIDENT = 0.01  # [m] points in one cell of that size are at one place
-ROUNDING = 1e-6  # [m]
+ROUNDED = 6  # decimals [m]
 
 
 def pair_keys(pairs):
@@ -18,34 +15,16 @@ def pair_keys(pairs):
 def merge_places(points):
     """The lowest point at each distinct place, as (p,) int into the points, and the place of each point, (k,) int.
 
-    Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even if
-    the border of two cells runs between them.
+    Places are sorted by x, then y; of equally low points the first is taken. Points are rounded to the micrometre
+    before, so that what computing adds to one place makes no two of it where the border of two cells runs through it.
     """
-    lowest, place = find_lowest(points, pair_keys(np.round(points[:, :2] / COINCIDENT).astype(np.int64)))
-    joined = join_across_borders(points[lowest, :2])
-    if joined.max(initial=-1) == len(lowest) - 1:  # none was joined with another
-        return lowest, place
-    return find_lowest(points, joined[place])
-
-
-def find_lowest(points, key):
-    """The lowest point of each distinct key, the first of equally low ones, (p,) int; which key each has, (k,) int."""
+    places = np.round(points[:, :2], ROUNDED)
+    key = pair_keys(np.round(places / COINCIDENT).astype(np.int64))
     order = np.lexsort((points[:, 2], key))
     _, first, number = np.unique(key[order], return_index=True, return_inverse=True)
     place = np.empty(len(key), np.int64)
     place[order] = number
     return order[first], place
-
-
-def join_across_borders(places):
-    """A number for each place, (p,) int, from 0 in their order; the same for those within ROUNDING of each other."""
-    cells = places / COINCIDENT
-    near = np.flatnonzero((np.abs(cells - np.round(cells)) > 0.5 - ROUNDING / COINCIDENT).any(axis=1))
-    first, second = near[cKDTree(places[near]).query_pairs(ROUNDING, output_type="ndarray")].T
-    if not len(first):
-        return np.arange(len(places))
-    pairs = coo_array((np.ones(len(first), bool), (first, second)), (len(places), len(places)))
-    return connected_components(pairs, directed=False)[1]
 
 
 def unique_pairs(pairs):

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..settings.errors import InputError, count_of
 from .build_scene import DRAWN_TWICE
-from .city import whole_of_cell
+from .city import append_shape, whole_of_cell
 from .classify import classify, measure_tilt
-from .locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
+from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons
 from .refine import refine_triangles
@@ -261,7 +261,7 @@ def city_with_racks(city, scene):
     if scene.racks is None or not len(scene.racks):
         return city
     first, count = len(city), len(scene.racks)
-    corners = turn_to_true_north(scene.racks.reshape(-1, 3), -scene.site.convergence) + np.array(scene.site.origin)
+    corners = bring_to_grid(scene.racks.reshape(-1, 3), scene.site)
     names = scene.surfaces.surface_id[first:]
     lod = dict(zip(map(whole_of_cell, city.surface_id), city.lod or [], strict=False))
     return replace(
@@ -269,9 +269,7 @@ def city_with_racks(city, scene):
         surface_id=[*city.surface_id, *names],
         building_id=[*city.building_id, *scene.surfaces.building_id[first:]],
         thematic=[*city.thematic, *scene.surfaces.thematic[first:]],
-        points=np.concatenate([city.points, corners]),
-        ring_start=np.concatenate([city.ring_start, city.ring_start[-1] + 4 * np.arange(1, count + 1)]),
-        polygon_start=np.concatenate([city.polygon_start, city.polygon_start[-1] + np.arange(1, count + 1)]),
         lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
         material=[*city.material, *[""] * count] if city.material else None,
+        **append_shape(city, corners, 4 * np.arange(count + 1), np.arange(count + 1)),
     )

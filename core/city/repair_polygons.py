@@ -62,11 +62,10 @@ def _exchange_rings(city, report):
     vectors = measure_rings(points, ring_start)
     area = np.linalg.norm(vectors, axis=1)
     exchanged, order = np.zeros(len(city), bool), np.arange(len(area))
-    for polygon in np.flatnonzero(np.diff(polygon_start) > 1):
+    outline = area[polygon_start[:-1]]
+    for polygon in np.flatnonzero((outline > 0) & (np.maximum.reduceat(area, polygon_start[:-1]) > outline)):
         first, last = polygon_start[polygon : polygon + 2]
         largest = first + int(np.argmax(area[first:last]))
-        if largest == first or not area[first] > 0:
-            continue
         # Both seen along the area vector of the largest.
         axes = np.concatenate(plane_axes(vectors[largest][None] / area[largest]))
         rings = [points[ring_start[ring] : ring_start[ring + 1]] for ring in (first, largest)]
