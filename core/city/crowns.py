@@ -108,7 +108,8 @@ def build_ellipsoid(tree, report):
         width = CROWN_PER_HEIGHT * tree.height
         report.repair(f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed", [tree.name])
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
-    vertices, triangles = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
+    sphere, triangles = unit_sphere()
+    vertices = middle + sphere * [width / 2, width / 2, (tree.height - base) / 2]
     of_crown = len(triangles)
     if tree.trunk_diameter:
         trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
@@ -241,12 +242,6 @@ def unit_sphere(subdivisions=SUBDIVISIONS):
         vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
         vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
     return vertices * (4 / 3 * np.pi / volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
-
-
-def ellipsoid(middle, half_axes):
-    """Ellipsoid with axes along x, y, z: vertices (v, 3) [m] and triangles (t, 3)."""
-    vertices, triangles = unit_sphere()
-    return np.asarray(middle) + vertices * half_axes, triangles
 
 
 def cylinder(foot, radius, height):

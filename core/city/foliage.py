@@ -70,9 +70,8 @@ def choose_foliage(crowns, request, latitude):
         leaves = request.leaf_extinction * np.where(np.isnan(density), request.leaf_area_density, density)
         bare = np.minimum(request.leaf_extinction * request.branch_area_density, leaves)
     states = leaves, np.where(crowns.evergreen, leaves, bare)
-    if request.crown_transmittance is not None:
-        return Foliage(crowns, months, *((nothing, state) for state in states))
-    return Foliage(crowns, months, *((state, nothing) for state in states))
+    whole = request.crown_transmittance is not None  # of a crown, however long the way through it
+    return Foliage(crowns, months, *((nothing, state) if whole else (state, nothing) for state in states))
 
 
 def parse_months(text, latitude=None):
