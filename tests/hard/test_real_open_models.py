@@ -26,7 +26,7 @@ FILES = {
     "Manhattan": ("obj/nyc_midtown_citicorp_1km.obj.gz", {"latitude": 40.757, "longitude": -73.97}),
     "North Rhine": ("citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz", {}),
 }
-TOWNS = list(FILES)
+TOWNS = [pytest.param("Manhattan", marks=pytest.mark.thorough), "North Rhine"]
 WALLS = 500  # patches, drawn by area
 RAYS = 4096  # of each
 POINTS = 64  # of each that are judged, by as many rays
@@ -132,7 +132,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     assert shares[free].mean(axis=0) == pytest.approx(lit[free].mean(axis=0), abs=3e-3)
 
 
-@pytest.mark.parametrize("town", [pytest.param("Manhattan", marks=pytest.mark.thorough), "North Rhine"])
+@pytest.mark.parametrize("town", TOWNS)
 def test_the_whole_chain(town):
     """Few samples, every number finite, every law kept; a warning would be an error here."""
     scene = scene_of(town)
