@@ -30,7 +30,7 @@ from .add_options import (
     settings_of_options,
 )
 from .choose_settings import cluster_settings, free_settings, request_of_settings
-from .run_log import print_output
+from .run_log import print_output, write_any_text
 
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
@@ -59,6 +59,7 @@ def main(arguments=None, draw=None):
     int
         Exit status.
     """
+    write_any_text()
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)

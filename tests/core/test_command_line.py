@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -162,6 +163,16 @@ def test_a_reader_may_leave_before_the_end(city):
         process.stdout.close()
         assert process.stderr.read() == ""
         assert process.wait(60) == 0
+
+
+def test_output_in_a_pipe_is_utf8_whatever_the_machine_speaks(city, tmp_path):
+    """JSON has to be, and a code page of Windows lacks most letters."""
+    file = tmp_path / f"Łódź −1{city.suffix}"
+    file.write_bytes(city.read_bytes())
+    command = [sys.executable, "-m", "citypv", "inspect", file.name, "--json"]
+    speaks = os.environ | {"PYTHONIOENCODING": "cp1252"}
+    found = subprocess.run(command, env=speaks, cwd=tmp_path, capture_output=True, check=True)
+    assert json.loads(found.stdout.decode("utf-8"))["report"]["files"] == [file.name]
 
 
 def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
