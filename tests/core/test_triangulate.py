@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.city.cut_polygons import merge_vertices
+from citypv.core.city.build_scene import merge_vertices
 from citypv.core.city.locate_site import turn_to_true_north
 from citypv.core.city.polygons import measure_polygons, triangulate
 from citypv.core.city.refine import refine_triangles
