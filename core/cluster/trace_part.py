@@ -20,6 +20,7 @@ from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.transfer import take_rows
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
+from ..results.output_folder import write_whole
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
 from ..settings.progress import silent
@@ -108,16 +109,6 @@ def trace_part(run_path, part_path, result_path, threads):
     write_whole(figures, lambda path: path.write_text(json.dumps(finite(told)), encoding="utf-8"))
     Path(part_path).unlink(missing_ok=True)
     return result_path
-
-
-def write_whole(path, write):
-    """Write a file completely or not at all."""
-    unfinished = path.with_name(f"{path.name}.{time.monotonic_ns()}")
-    try:
-        write(unfinished)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def measure_halo(prepared, seed, part, city):

@@ -13,11 +13,6 @@ ADAPTIVE = 8  # times more samples in the same time where only some surfaces get
 MOMENT = 1.0  # [s] for the rest of writing
 
 
-def wants_rounds(request):
-    """Whether a run goes on after its first round."""
-    return request.target_error is not None or request.time_budget is not None
-
-
 def refine_run(run, log, progress, folder):
     """Trace rounds until the target is met or the time is up.
 

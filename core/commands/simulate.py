@@ -30,7 +30,7 @@ from ..study import (
     read_year,
     trace_base,
 )
-from .refine_run import refine_run, wants_rounds
+from .refine_run import refine_run
 from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget
 from .write_run import Output, Results, write_energy, write_exports, write_results, write_run
@@ -121,7 +121,7 @@ def trace_to_edit(scene, weather, request, log, *, prepared):
     InputError
         Further rounds are asked for.
     """
-    if wants_rounds(request):
+    if request.wants_rounds:
         raise InputError("--editable", "an editable run has one round", "leave out --target-error and --time-budget")
     base = trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer
@@ -154,7 +154,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
     with Interruption(log.progress, log.stream) as heard:
-        if wants_rounds(request):
+        if request.wants_rounds:
             if request.shadow_samples < CELLS:
                 log.write(f"Rounds have {CELLS} shadow points, so that light on patches is resolved finely enough")
                 request = replace(request, shadow_samples=CELLS)
@@ -168,7 +168,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.write("The error of sun sampling was not measured")
-        if wants_rounds(request) and not heard.asked:
+        if request.wants_rounds and not heard.asked:
             transfer = refine_run(replace(run, transfer=transfer), log, heard, folder)
     if heard.asked:
         count = len(transfer.suns)

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..cluster.run_tasks import SERIAL, keeping, open_workers, read_task, run_tasks, write_task
-from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
+from ..results.output_folder import write_whole
 from ..settings.version import __version__
 from ..world.compute_world import compute_world, empty_world, find_groups
 from .find_source import find_source

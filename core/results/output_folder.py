@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -132,3 +133,13 @@ def move_results(work, folder):
         elif not (folder / name).is_dir():
             (folder / name).unlink(missing_ok=True)
     work.rmdir()
+
+
+def write_whole(path, write):
+    """Write a file completely or not at all."""
+    unfinished = path.with_name(f"{path.name}.{time.monotonic_ns()}")
+    try:
+        write(unfinished)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)

@@ -29,6 +29,7 @@ from .describe_run import (
     list_settings,
     summarise_errors,
 )
+from .output_folder import write_whole
 from .pack_city import pack_city
 from .read_results import MONTHS, kind_title, tabulate_periods
 
@@ -87,12 +88,7 @@ def write_report(folder, results):
     """
     path = Path(folder) / NAME
     page = compose_page(results)
-    unfinished = path.with_name(f".{NAME}.unfinished")
-    try:
-        unfinished.write_text(page, encoding="utf-8", newline="\n")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
 
 

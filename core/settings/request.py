@@ -146,6 +146,11 @@ class Request(SystemSettings):
     # the run
     threads: int | None = of_run(None, "threads; default: all processors", least=1)
 
+    @property
+    def wants_rounds(self):
+        """Whether a run goes on after its first round."""
+        return self.target_error is not None or self.time_budget is not None
+
     def as_dict(self):
         """All settings by name."""
         return asdict(self)

@@ -45,7 +45,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
     def expect(self, task):
         """Work of each stage: that of the sky also finds what reflects to what, that of the suns has reflections."""
         _, request, *_ = task
-        if request.estimator == "forward" or wants_rounds(request):
+        if request.estimator == "forward" or request.wants_rounds:
             return None
         sky, sun = work_of_trace(request)
         shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.05, "sky and reflections": 1.0}
@@ -126,11 +126,6 @@ def read_goal(seeing, request):
         request.time_budget = seeing.time_budget or None
 
 
-def wants_rounds(request):
-    """Whether a trace goes on after its first round."""
-    return request.target_error is not None or request.time_budget is not None
-
-
 def trace_rounds(session, weather, request, progress, found):
     """Trace a session's scene in one round, or in as many as target and time ask for.
 
@@ -147,9 +142,9 @@ def trace_rounds(session, weather, request, progress, found):
     from ...core.accuracy.trace_run import weigh_kept_suns
     from ...core.study import trace_base, trace_scene
 
-    if not wants_rounds(request) and request.estimator != "gather":
+    if not request.wants_rounds and request.estimator != "gather":
         return trace_scene(session.scene, weather, request, progress), None
-    if not wants_rounds(request):
+    if not request.wants_rounds:
         base = trace_base(session.scene, weather, request, progress)
         if base.transfer.record.interrupted:
             return weigh_kept_suns(base.transfer, weather.axis), None
