@@ -7,10 +7,10 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .city import City, ImportReport, number_names
+from .city import City, ImportReport, number_names, starts_of
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
-from .polygons import clean_rings, measure_polygons, starts_of
+from .polygons import clean_rings, measure_polygons
 from .repair_polygons import repair_polygons
 
 ORIENTS = ("auto", "as-drawn")

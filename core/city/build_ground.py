@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..rays.random_numbers import mix, uniform
 from ..settings.progress import report_part, silent
-from .check_geometry import check_patch_size
+from .check_geometry import check_parts, check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
@@ -180,8 +180,9 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     Raises
     ------
     InputError
-        The patch size is invalid.
+        An array or the patch size is invalid.
     """
+    check_parts(*placed[:4])
     check_patch_size(patch_size)
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(placed, ground_height)

@@ -10,6 +10,7 @@ from ..settings.errors import InputError, count_of, list_some
 from ..settings.progress import report_part, silent
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
+from .city import take_shape
 from .classify import classify, find_footprints, measure_tilt
 from .crowns import build_crowns
 from .find_ground import find_ground, find_hanging
@@ -19,7 +20,7 @@ from .grid_cells import split_into_cells
 from .known_polygons import cells_of, drawn_triangles, find_known, name_polygons, near_lost
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .polygons import measure_polygons, normals_of, take_shape, triangulate
+from .polygons import measure_polygons, normals_of, triangulate
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 from .terrain import Terrain

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..settings.errors import InputError, check_array, check_triangles
+from ..settings.errors import UNIT, InputError, check_array, check_triangles
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 NARROWEST = 0.1  # [m]: smaller cities are of another unit; below it a millimetre is no longer small
@@ -77,6 +77,27 @@ def surface_of_point(city, point):
     """Id of the surface that a point belongs to."""
     ring = np.searchsorted(city.ring_start, point, side="right") - 1
     return city.surface_id[int(np.searchsorted(city.polygon_start, ring, side="right")) - 1]
+
+
+def check_parts(city, points, surfaces, footprint):
+    """Raise an error if points, surfaces or footprints do not match the city.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float [m]
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+
+    Raises
+    ------
+    InputError
+    """
+    check_rings(points, city.ring_start, city.polygon_start)
+    count = len(city.polygon_start) - 1
+    check_array("surface_tilt", surfaces.surface_tilt, (count,), least=0, most=180)
+    check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
+    check_array("footprint", footprint, (count,), kind="b")
 
 
 def check_patch_size(patch_size):

@@ -12,7 +12,6 @@ from itertools import count
 import numpy as np
 
 from ..settings.errors import list_some
-from .polygons import take_shape
 
 LISTS = ("surface_id", "building_id", "thematic", "lod", "material")  # columns of a City
 
@@ -100,6 +99,18 @@ def take_polygons(city, kept):
     points, ring_start, polygon_start = take_shape(*city.shape, kept)
     shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
     return replace(city, **shape, **take_rows(city, np.flatnonzero(kept)))
+
+
+def take_shape(points, ring_start, polygon_start, kept):
+    """Points and starts of rings and of polygons, of some polygons, (n,) bool."""
+    rings = np.repeat(kept, np.diff(polygon_start))
+    points = points[np.repeat(rings, np.diff(ring_start))]
+    return points, starts_of(np.diff(ring_start)[rings]), starts_of(np.diff(polygon_start)[kept])
+
+
+def starts_of(counts):
+    """Start index of each of consecutive pieces, and the end of the last one, (n + 1,) int64."""
+    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
 
 
 def append_shape(city, points, ring_start, polygon_start):

@@ -8,9 +8,9 @@ from shapely.geometry.polygon import orient
 
 from ..settings.errors import InputError
 from .check_geometry import check_city
-from .city import take_rows
+from .city import starts_of, take_rows
 from .locate_site import bring_to_origin
-from .polygons import measure_polygons, plane_axes, starts_of
+from .polygons import measure_polygons, plane_axes
 
 MOST_ELEMENTS = 1e6  # largest number of cells per polygon
 SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped

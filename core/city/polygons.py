@@ -10,6 +10,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from .check_geometry import check_rings
+from .city import starts_of
 
 THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
 TIE = 1e-6  # areas that differ by less than this share count as equal, so that rounding does not choose the diagonal
@@ -87,18 +88,6 @@ def measure_rings(points, ring_start):
     cross = np.cross(local, local[next_in_ring(ring_start)]) if len(points) else local
     sums = [np.bincount(ring_of_point, cross[:, axis], len(ring_start) - 1) for axis in range(3)]
     return 0.5 * np.column_stack(sums)
-
-
-def starts_of(counts):
-    """Start index of each of consecutive pieces, and the end of the last one, (n + 1,) int64."""
-    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
-
-
-def take_shape(points, ring_start, polygon_start, kept):
-    """Points and starts of rings and of polygons, as of `triangulate`, of some polygons, (n,) bool."""
-    rings = np.repeat(kept, np.diff(polygon_start))
-    points = points[np.repeat(rings, np.diff(ring_start))]
-    return points, starts_of(np.diff(ring_start)[rings]), starts_of(np.diff(polygon_start)[kept])
 
 
 def next_in_ring(ring_start):

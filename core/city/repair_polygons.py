@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from .city import number_names, take_polygons
-from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds, starts_of
+from .city import number_names, starts_of, take_polygons
+from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area

@@ -13,6 +13,7 @@ from numba import njit
 from ..patches.patches import Patches
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
+from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import KnownPoints, count_elements, find_points, shadow_points, split_net
 from .sun_blocks import SunBlock
@@ -136,7 +137,13 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     -------
     list of Shadows
         In each state of trees, by the same rays.
+
+    Raises
+    ------
+    InputError
+        If an array or a number is invalid.
     """
+    check_watch(watch, suns)
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
@@ -173,6 +180,25 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         done += len(chosen) / many
         report(done / whole, ray_count)
     return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
+
+
+def check_watch(watch, suns):
+    """Refuse arrays and numbers of `sun_visibility` that are invalid.
+
+    Raises
+    ------
+    InputError
+    """
+    count = len(watch.patches)
+    directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
+    check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
+    for name in ("traced", "unobstructed"):
+        check_array(name, getattr(watch, name), (count,), kind="b")
+    cells, points = check_array("covered", watch.covered, (count, "c"), kind="b").shape[1], watch.point_count
+    if points < 1 or points.bit_count() > 1:
+        raise InputError("point_count", f"{points} is not a power of two", "give 1, 2, 4, 8, 16 …")
+    if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
+        raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
 
 
 def trace_in_turns(watch, chosen, suns, bits, asked=None):

@@ -9,7 +9,7 @@ from cityjson_text import CUBE, house, instance, model, read, solid
 from small_city import write_gml
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
+from citypv.core.city.crowns import CROWN_BASE, cylinder, unit_sphere, volume_of_crowns
 from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
@@ -95,7 +95,8 @@ def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
 
 def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
     """All of a ball of leaves lets light through; a stem below it does not."""
-    vertices, triangles = ellipsoid((390020, 5810000, 14), (10, 10, 10))
+    sphere, triangles = unit_sphere()
+    vertices = np.array([390020, 5810000, 14]) + 10 * sphere
     faces = [[tuple(point) for point in vertices[triangle]] for triangle in triangles]
     crowns = read_gml(tmp_path, tree(f"<veg:lod3Geometry>{surfaces(*faces)}</veg:lod3Geometry>"))
     assert volume_of_crowns(crowns) == pytest.approx(4 / 3 * np.pi * 1000, rel=1e-3) and not crowns.trunk.any()
