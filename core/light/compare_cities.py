@@ -9,6 +9,7 @@ from ..patches.patches import Patches
 from ..rays.random_numbers import mix, name_rows
 
 WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by name
+ABOVE = 1e-6  # sine of an angle, more than rounding
 LEAST = 1e-12  # part of a direction along an axis that is told from none
 FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
 
@@ -79,7 +80,13 @@ def pass_boxes(patches, directions, boxes, found):
     if not len(boxes):
         return
     for patch in range(len(middle)):
+        low, high = boxes[0, 0] - radius[patch] - middle[patch], boxes[0, 1] + radius[patch] - middle[patch]
+        # Suns above the box around all stand behind none.
+        aside = np.hypot(max(low[0], -high[0], 0.0), max(low[1], -high[1], 0.0))
+        highest = max(high[2], 0.0) / np.hypot(high[2], aside) + ABOVE if aside > 0 else 1.0
         for sun in range(len(directions)):
+            if directions[sun, 2] > highest:
+                continue
             cosine = 0.0
             for axis in range(3):
                 cosine += normal[patch, axis] * directions[sun, axis]
