@@ -4,6 +4,7 @@ import numpy as np
 
 from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
+from .light_errors import Deviations
 from .solve_radiosity import shares_of_cells
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
@@ -127,9 +128,7 @@ def deviations_of_spread(spread, keys):
 
     Returns
     -------
-    deviation : (p, cells, HEMISPHERE_REPLICATES) int16
-    step : float32
-        Their unit.
+    Deviations
     """
     spread *= np.float32(np.sqrt(HEMISPHERE_REPLICATES))
     largest = float(spread.max(initial=0))
@@ -139,7 +138,7 @@ def deviations_of_spread(spread, keys):
     for replicate in range(HEMISPHERE_REPLICATES):
         sign = 1 - 2 * ((bits >> np.uint64(replicate)) & np.uint64(1)).astype(np.float32)
         deviation[:, :, replicate] = np.rint(sign * spread / step)
-    return deviation, step
+    return Deviations(deviation, step)
 
 
 def spread_of_points(by_point):

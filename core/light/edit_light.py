@@ -22,7 +22,7 @@ from ..rays.trail import AROUND, ROUNDING, begin_trail, boxes_of, boxes_of_patch
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, work_in_slices
-from .compare_cities import match_patches, name_trees, pass_boxes, rays_through
+from .compare_cities import mark_altered, match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, check_editable, prepare_decided
 from .form_factors import Rows, leave_rows
 from .measure_cover import find_cover
@@ -136,9 +136,12 @@ class Known:
 
     @cached_property
     def solids(self):
-        """Triangles of patches that only one of the two cities has: (k, 3, 3) [m]."""
-        scenes = (self.before.prepared.scene, self.after < 0), (self.prepared.scene, self.place < 0)
-        return np.concatenate([corners_of(*one) for one in scenes])
+        """Triangles only one of the two cities has, and such as coincide with others in one only: (k, 3, 3) [m]."""
+        lost, new = self.after < 0, self.place < 0
+        one, other = mark_altered((self.before, self.prepared), self.after)
+        return np.concatenate(
+            [corners_of(self.before.prepared.scene, lost | one), corners_of(self.prepared.scene, new | other)]
+        )
 
     @cached_property
     def crowns(self):

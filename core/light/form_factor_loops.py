@@ -70,12 +70,12 @@ def link_patches(rows, scale, factor):
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
     for row in range(len(chosen)):
-        place, last, total = start[row] - 1, -1, 0.0  # what is lost in one reflection grows with their number
+        place, last, total = start[row] - 1, -1, NONE
         # Without branches, as in `merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
             place += met != last
-            total = (total if met == last else 0.0) + factor[key[entry] >> REPLICATE_BITS]
+            total = (total if met == last else NONE) + factor[key[entry] >> REPLICATE_BITS]
             patch[place], weight[place] = met, share[chosen[row]] * total
             last = met
     return start, patch, weight

@@ -15,15 +15,15 @@ def multiply(form_factors, factor, light, threads=1):
     form_factors : FormFactors
     factor : (p, cells) float32
         Radiosity of the cells per irradiance of their patch.
-    light : (p, s) float32 or float64
+    light : (p, s) float32
         Irradiance of the patches by s light sources.
     threads : int
 
     Returns
     -------
-    (p, s) of the same type
+    (p, s) float32
     """
-    return run_loop(links_of(form_factors, factor, threads), np.zeros_like(light), threads, add_patches, light)
+    return run_loop(links_of(form_factors, factor, threads), light.shape, threads, add_patches, light)
 
 
 def links_of(form_factors, factor, threads=1):
@@ -46,15 +46,16 @@ def multiply_elements(form_factors, factor, light, threads=1):
 
     Parameters
     ----------
-    factor, light : (p, cells) float32
-        Or (p, 1), of whole patches. Factor times light is the radiosity.
+    factor : (p,) float32
+    light : (p, cells) float32
+        Factor times light is the radiosity.
 
     Returns
     -------
     (p, HEMISPHERE_REPLICATES) float32
         Replicates separately.
     """
-    radiosity = (factor * light).ravel()
+    radiosity = (factor[:, None] * light).ravel()
     product = run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity)
     return product * np.float32(HEMISPHERE_REPLICATES)
 
@@ -120,12 +121,12 @@ def multiply_columns(form_factors, factor, light, threads=1):
 
 def run_rows(form_factors, columns, threads, loop, *arrays):
     """Run a loop over all rows: its product, (p, columns) float32."""
-    product = np.zeros((form_factors.count, columns), np.float32)
-    return run_loop(inputs_of(form_factors), product, threads, loop, *arrays)
+    return run_loop(inputs_of(form_factors), (form_factors.count, columns), threads, loop, *arrays)
 
 
-def run_loop(rounds, product, threads, loop, *arrays):
-    """Run a loop over the parts of each round, given by its first arguments: the product, to which it adds."""
+def run_loop(rounds, shape, threads, loop, *arrays):
+    """Run a loop over the parts of each round, given by its first arguments: its product, float32."""
+    product = np.zeros(shape, np.float32)
     for parts in rounds:
         for _ in map_in_order(lambda part: loop(*part, product, *arrays), parts, threads):
             pass

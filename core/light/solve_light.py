@@ -10,9 +10,10 @@ import numpy as np
 
 from .form_factor_products import multiply_elements
 from .light_errors import (
-    SMALL_SHARE,
+    Deviations,
     LightError,
-    errors_of_reflected,
+    ReflectedError,
+    errors_of_surfaces,
     estimate_discretisation_error,
     propagate_deviations,
     reflect_elements,
@@ -57,24 +58,22 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
     -------
     Light
     """
-    to_surface, by_replicate = context.patch_to_surface, first.light.copy()
+    to_surface, by_replicate, reflections = context.patch_to_surface, first.light.copy(), None
     found = Light(None, None, by_replicate)
-    transported, left = np.zeros((to_surface.shape[0], by_replicate.shape[1])), np.zeros(to_surface.shape[0])
     if context.bounces:
-        reflected, steps, variance = reflect_elements(context, traced, first.element)
+        reflected, steps = reflect_elements(context, traced, first.element)
         reflected += np.float32(far_ground) * traced.far_ground
-        once = reflected.mean(axis=1, keepdims=True, dtype=float)
+        once = reflected.mean(axis=1, keepdims=True)
         passed_on = sum_reflections(exchange_of(context, traced), once, context.bounces - 1, report)
-        reflected += multiply_elements(traced.form_factors, traced.factor, passed_on, context.threads)
+        reflected += multiply_elements(traced.form_factors, passed_on[:, 0], traced.factor, context.threads)
         by_replicate += reflected
-        arrived = reflected.mean(axis=1, dtype=float).sum()
+        arrived = reflected.mean(axis=1).sum(dtype=float)
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
-        last = max(arrived - passed_on.sum(), 0.0)  # nothing but for rounding where no light is left
-        found.last = last / whole if whole > 0 else 0.0
+        found.last = (arrived - passed_on.sum(dtype=float)) / whole if whole > 0 else 0.0
         found.discretisation_error = estimate_discretisation_error(context, steps, reflected)
-        deviations = propagate_deviations(context, traced, first, reflected)
-        transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
+        transported = propagate_deviations(context, traced, Deviations(first.deviation, first.unit), reflected)
+        light = to_surface @ by_replicate.mean(axis=1, dtype=float)
+        reflections = ReflectedError(light, transported, steps)
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
-    own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
-    found.error = LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0))
+    found.error = errors_of_surfaces(to_surface, points + variance_of_mean(by_replicate), reflections)
     return found

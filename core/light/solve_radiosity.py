@@ -83,7 +83,7 @@ def exchange_of(context, traced):
 
 
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections, (p, s) float64: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
+    """Irradiance by reflections, (p, s) float32: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
     `radiosity_factor` for each patch; `far_first`, (p, s), is what the far ground adds to the first reflection.
 
     Raises
@@ -96,7 +96,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     check_form_factors(form_factors, count)
     exchange = Exchange(form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
-    return sum_reflections(exchange, exchange.reflect(np.ascontiguousarray(first, float)) + far_first, max_bounces)
+    return sum_reflections(exchange, exchange.reflect(first) + far_first, max_bounces)
 
 
 def sum_reflections(exchange, arriving, count, report=lambda done: None):
@@ -105,7 +105,7 @@ def sum_reflections(exchange, arriving, count, report=lambda done: None):
     Parameters
     ----------
     exchange : Exchange
-    arriving : (p, s) float
+    arriving : (p, s) float32
         E₁, one column per light source. Overwritten.
     count : int
     report : callable

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.patches import Patches
+from ..patches.patches import Patches, order_nearby
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
@@ -21,7 +21,6 @@ from .sun_blocks import SunBlock
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
-STRIP = 20.0  # [m] width of strips in which patches are sorted
 WORD = 16  # points, one bit each
 
 
@@ -164,9 +163,8 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     tasks = []
     for many in np.unique(turns[looking]):
         rows = np.flatnonzero(looking & (turns == many))
-        if many > 1:  # several patches share a packet of rays then, and should lie side by side
-            east, north, _ = patches.corner[rows].T
-            rows = rows[np.lexsort([north, np.floor(east / STRIP)])]
+        # Several patches share a packet of rays then, and should lie side by side.
+        rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
         tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
 
     def trace_some(task):

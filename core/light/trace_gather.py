@@ -300,7 +300,7 @@ def choose_bounces(prepared, context, traced, task):
         whole = radiosity_factor(prepared.patches, traced.covered_share)
         factor = np.repeat(whole[:, None], factor.shape[1], axis=1)
     patches = context.patches
-    once = multiply_elements(traced.form_factors, patches.albedo[:, None], sky.element, threads)
+    once = multiply_elements(traced.form_factors, patches.albedo, sky.element, threads)
     once += np.float32(context.request.ground_albedo) * traced.far_ground
     columns = [(sky.light.mean(axis=1), once.mean(axis=1)), light_of_first_days(context, traced, task)]
     first, light = (np.stack(part, axis=1) for part in zip(*columns, strict=True))

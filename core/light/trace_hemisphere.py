@@ -7,6 +7,7 @@
 """
 
 import numpy as np
+from numba import njit
 
 from ..patches.cover_cells import enclosed_cells
 from ..patches.fates_of_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays, stop_in_crowns
@@ -30,7 +31,7 @@ from .traced import SKY_DOME, STEP, FirstLight, RayCity, RowLight, empty_traced,
 
 RAYS_PER_TASK, PARTS = 1 << 18, 8  # rays of a part, and most parts of a task
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
-MOST_STEPS = 32767  # of 16-bit numbers
+LOW = (1 << 32) - 1  # bits of the first of two counts in one number
 
 
 def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
@@ -146,7 +147,7 @@ def follow_rays(city, covered, rays):
     fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
-    fate[within] = darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
+    mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is None:
@@ -219,15 +220,19 @@ def source_rays(patches, source, chosen, sequence, *, share):
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
 
 
-def darken_rays(fate, start_cells, covered):
-    """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²) bool, are DARK.
+@njit(nogil=True, cache=True)
+def mark_dark(fate, within, start_cells, covered, enclosed):
+    """Mark rays of patches `within` that start in covered cells as DARK.
 
     All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is judged by what it
     hits, or the edge would count twice. Rays that escape downwards from a covered cell, below the ground or through a
     missing floor, do not reach lit ground.
     """
-    within, inside = (np.take_along_axis(cells, start_cells, axis=1) for cells in (covered, enclosed_cells(covered)))
-    return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
+    for place, patch in enumerate(within):
+        for ray in range(fate.shape[1]):
+            cell = start_cells[patch, ray]
+            if enclosed[place, cell] or (covered[place, cell] and fate[patch, ray] == FAR_GROUND):
+                fate[patch, ray] = DARK
 
 
 def tally_rays(fate, start_cells, near_cover, cells):
@@ -248,21 +253,78 @@ def tally_rays(fate, start_cells, near_cover, cells):
         Of the sky.
     far_ground : (c, HEMISPHERE_REPLICATES) float32
     """
-    (count, rays), replicates = fate.shape, HEMISPHERE_REPLICATES
-    cell = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))[start_cells]
-    place = (np.arange(count)[:, None] * replicates + np.arange(rays) * replicates // rays) * cells + cell
-    opened = ~np.take_along_axis(near_cover, start_cells.astype(np.intp), axis=1) | (fate < BACK)
-    free, started = (
-        np.bincount(place[which], minlength=count * replicates * cells).reshape(count, replicates, cells)
-        for which in (fate == SKY, opened)
-    )
-    sky = (free.sum(axis=2) * (replicates / rays)).astype(np.float32)
-    far_ground = (fate == FAR_GROUND).reshape(count, replicates, rays // replicates).mean(axis=2, dtype=np.float32)
-    if rays < FEWEST_RAYS * cells:  # too few in each: the patch is taken as a whole
-        free, started = (np.repeat(part.sum(axis=2, keepdims=True), cells, axis=2) for part in (free, started))
-    # The visible sky is a ratio of two counts; the deviation of each replicate from it is linearised in both.
-    whole = np.maximum(started.sum(axis=1, keepdims=True), 1)
-    mean = free.sum(axis=1, keepdims=True) / whole
-    steps = np.rint((free - mean * started) * replicates / (whole * STEP))
-    deviation = np.ascontiguousarray(np.clip(steps, -MOST_STEPS, MOST_STEPS).astype(np.int16).swapaxes(1, 2))
-    return FirstLight(sky, mean[:, 0].astype(np.float32), deviation), far_ground
+    count = len(fate)
+    sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
+    deviation = np.empty((count, cells, HEMISPHERE_REPLICATES), np.int16)
+    element_sky = np.empty((count, cells), np.float32)
+    tally = sky, far_ground, element_sky, deviation
+    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
+    count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tally)
+    return FirstLight(sky, element_sky, deviation), far_ground
+
+
+@njit(nogil=True, cache=True)
+def count_fates(met_by, resolved, tally):
+    """Write what `tally_rays` returns.
+
+    Parameters
+    ----------
+    met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
+        The first three parameters of `tally_rays`.
+    resolved : tuple of (CELL_DIVISIONS²,) int and bool
+        The larger cell that contains each of these, and whether enough rays start in each; if not, the patch is taken
+        as a whole.
+    tally : tuple
+        Written.
+    """
+    (fate, start_cells, near_cover), (cell_of, resolves) = met_by, resolved
+    sky, far_ground, element_sky, deviation = tally
+    (count, rays), cells, every = fate.shape, element_sky.shape[1], HEMISPHERE_REPLICATES
+    per_replicate = rays // HEMISPHERE_REPLICATES
+    opening = np.empty(cells, np.int64)  # two counts in one number: rays to the sky and starts in the open
+    # The last row is for the whole patch, the last column for all replicates.
+    free, started = np.empty((2, cells + 1, HEMISPHERE_REPLICATES + 1), np.int64)
+    for patch in range(count):
+        free[:], started[:] = 0, 0
+        for replicate in range(HEMISPHERE_REPLICATES):
+            downwards = 0
+            opening[:] = 0
+            for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
+                start, met = start_cells[patch, ray], fate[patch, ray]
+                downwards += met == FAR_GROUND
+                in_open = (not near_cover[patch, start]) | (met < BACK)
+                opening[cell_of[start]] += int(met == SKY) + (int(in_open) << 32)
+            for cell in range(cells):
+                reached, begun = opening[cell] & LOW, opening[cell] >> 32
+                for row in (cell, cells):
+                    for column in (replicate, every):
+                        free[row, column] += reached
+                        started[row, column] += begun
+            sky[patch, replicate] = np.float32(free[cells, replicate]) / np.float32(per_replicate)
+            far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
+        for cell in range(cells):
+            taken = cell if resolves else cells
+            element_sky[patch, cell] = free[taken, every] / max(started[taken, every], 1)
+            write_deviations(free[taken], started[taken], deviation[patch, cell])
+
+
+@njit(nogil=True, cache=True)
+def write_deviations(free, started, deviation):
+    """Deviation of each replicate's visible sky from the mean of all, in units of STEP.
+
+    The visible sky is a ratio of two counts, rays that reach the sky over rays that start in the open; its deviation is
+    linearised in both.
+
+    Parameters
+    ----------
+    free, started : (HEMISPHERE_REPLICATES + 1,) int
+        Numbers of these rays, the last one that of all replicates.
+    deviation : (HEMISPHERE_REPLICATES,) int16
+        Written.
+    """
+    whole = np.float32(max(started[HEMISPHERE_REPLICATES], 1))
+    mean = np.float32(free[HEMISPHERE_REPLICATES]) / whole
+    for replicate in range(HEMISPHERE_REPLICATES):
+        apart = np.float32(free[replicate]) - mean * np.float32(started[replicate])
+        steps = np.rint(apart * HEMISPHERE_REPLICATES / whole / STEP)
+        deviation[replicate] = np.int16(max(-32767, min(32767, steps)))

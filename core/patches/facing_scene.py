@@ -173,6 +173,7 @@ def list_doubles(pairs, kinds, hits):
     return np.array(row, np.int64), np.array(doubles, np.int32)
 
 
+MOST_CORNERS = 24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
 PAIRS_PER_TASK = 1 << 13
 
 
@@ -208,18 +209,65 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     return Coincident(start, other[kept], coincident.places[kept])
 
 
+@njit(nogil=True, cache=True)
 def middle_of_overlap(places):
-    """The middle of what both faces of each pair share, in barycentric weights of the other: (e, 2) float32.
+    """A point that lies on both faces of each pair, in barycentric weights of the other face: (e, 2) float32.
+
+    The first face is clipped by the edges of the other; the result is convex, so the mean of its corners lies inside.
 
     Parameters
     ----------
     places : (e, 2, 3) float64
         Of `Coincident`.
     """
-    from shapely import centroid, get_coordinates, intersection, is_empty, polygons
+    middle = np.empty((len(places), 2), np.float32)
+    corners, clipped = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2))
+    for entry in range(len(places)):
+        for axis in range(2):
+            for corner in range(3):
+                corners[corner, axis] = places[entry, axis, 0]
+            corners[1, axis] += places[entry, axis, 1]
+            corners[2, axis] += places[entry, axis, 2]
+        count = places.shape[2]
+        for edge in range(3):
+            count = cut_off(corners, count, edge, clipped)
+            corners, clipped = clipped, corners
+        for axis in range(2):
+            total = 0.0
+            for corner in range(count):
+                total += corners[corner, axis]
+            middle[entry, axis] = total / count if count else 1 / 3
+    return middle
 
-    corners = (places @ np.array([[1, 1, 1], [0, 1, 0], [0, 0, 1.0]])).swapaxes(1, 2)  # (e, 3, 2)
-    middle = centroid(intersection(polygons(corners), polygons([[0, 0], [1, 0], [0, 1]])))
-    found = np.full((len(places), 2), 1 / 3, np.float32)  # where rounding leaves nothing in common
-    found[~is_empty(middle)] = get_coordinates(middle)
-    return found
+
+@njit(nogil=True, cache=True)
+def cut_off(corners, count, edge, clipped):
+    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an edge.
+
+    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not slices of arrays,
+    which would take numba ten times as long to compile.
+
+    References
+    ----------
+    Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
+    """
+    kept = 0
+    for corner in range(count):
+        after = (corner + 1) % count
+        inside_here, inside_there = inside_of_edge(corners, corner, edge), inside_of_edge(corners, after, edge)
+        if inside_here >= 0:
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis]
+            kept += 1
+        if inside_here * inside_there < 0:
+            share = inside_here / (inside_here - inside_there)
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis] + share * (corners[after, axis] - corners[corner, axis])
+            kept += 1
+    return kept
+
+
+@njit(nogil=True, cache=True, inline="always")
+def inside_of_edge(corners, corner, edge):
+    """Barycentric weight of a corner that is 0 on an edge."""
+    return corners[corner, edge] if edge < 2 else 1 - corners[corner, 0] - corners[corner, 1]

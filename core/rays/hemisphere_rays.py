@@ -203,14 +203,34 @@ def merge_nets(shifts, halves):
     (c, 2 m) float32
     """
     count, points = halves[0].shape
-    (rows, columns), (finer_rows, finer_columns) = grid_of(points), grid_of(2 * points)
-    row, column = np.divmod(np.arange(points), columns)
     whole = np.empty((count, 2 * points), np.float32)
     for shift, values in zip(shifts, halves, strict=True):
-        # As in `place_points`: which point lies in each rectangle, and then in which of the finer grid.
-        along, across = shift.astype(np.int64).T[:, :, None]
-        place = (row ^ (across * rows >> DIGITS)) * columns + (column ^ (along * columns >> DIGITS))
-        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack([along, across])
-        finer = (v * finer_rows >> DIGITS) * finer_columns + (u * finer_columns >> DIGITS)
-        np.put_along_axis(whole, finer, values, axis=1)
+        place_values(shift, (points_of_grid(points), grid_of(points)), grid_of(2 * points), values, whole)
     return whole
+
+
+@njit(nogil=True, cache=True)
+def place_values(shift, net, finer, values, whole):
+    """Write the values of points to the rectangles of a finer grid in which they lie.
+
+    Parameters
+    ----------
+    shift : (c, 2) uint32
+    net : tuple of (m, 2) uint32 and tuple of int
+        Of `points_of_grid` and `grid_of`.
+    finer : tuple of int
+        Rows and columns.
+    values : (c, m) float32
+    whole : (c, 2 m) float32
+        Written.
+    """
+    digits, (rows, columns) = net
+    for patch in range(len(shift)):
+        along, across = np.int64(shift[patch, 0]), np.int64(shift[patch, 1])
+        column_turn, row_turn = (along * columns) >> DIGITS, (across * rows) >> DIGITS
+        for point in range(len(digits)):
+            row, column = (point // columns) ^ row_turn, (point % columns) ^ column_turn
+            found = digits[row * columns + column]
+            u, v = np.int64(found[0]) ^ along, np.int64(found[1]) ^ across
+            place = ((v * finer[0]) >> DIGITS) * finer[1] + ((u * finer[1]) >> DIGITS)
+            whole[patch, place] = values[patch, point]

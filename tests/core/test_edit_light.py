@@ -14,7 +14,6 @@ from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.compare_cities import match_patches
 from citypv.core.light.difference import errors_of_difference
 from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
@@ -245,7 +244,7 @@ def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
     kept = []
     for like in (before.scene, replace(before.scene, lattice=None)):
         scene = stand_city(after, base.request, like=like)
-        found = match_patches(before, build_tree(prepare_edit(base, scene, base.request), base.request))
+        found = match_patches(before, prepare_edit(base, scene, base.request))
         kept.append((found >= 0).sum() / len(before.patches))
     assert kept[0] > 0.9
     assert kept[1] < 0.5
