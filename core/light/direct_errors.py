@@ -4,8 +4,7 @@ import numpy as np
 
 from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
-from .light_errors import Deviations
-from .solve_radiosity import shares_of_cells
+from .light_errors import Deviations, shares_of_cells
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).

@@ -24,7 +24,7 @@ from ..settings.progress import silent
 from ..settings.threads import map_in_order, work_in_slices
 from .compare_cities import mark_altered, match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, check_editable, prepare_decided
-from .form_factors import Rows, leave_rows
+from .form_factors import Rows, join_rows, leave_rows
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
 from .trace_gather import trace_light
@@ -177,7 +177,8 @@ class Known:
 
     def renumber(self, form_factors):
         """Hits of these patches' rays, with the numbers that patches have now: list of Rows."""
-        found, bits = [], (HEMISPHERE_REPLICATES * form_factors.cells).bit_length() - 1
+        found = {}
+        bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
         rising = (np.diff(self.place[self.place >= 0]) > 0).all()
         kept = np.append(self.same, False)[self.after]
         for rows in form_factors.rows:
@@ -185,8 +186,8 @@ class Known:
             key = (self.after[part.key >> bits] << bits | part.key & (1 << bits) - 1).astype(np.int32)
             if not rising:
                 key = key[np.lexsort([key, np.repeat(np.arange(len(part.chosen)), np.diff(part.start))])]
-            found.append(Rows(self.after[part.chosen], part.start, key, part.rays))
-        return [part for part in found if len(part.chosen)]
+            found.setdefault(part.rays, []).append(Rows(self.after[part.chosen], part.start, key, part.rays))
+        return [part for alike in found.values() for part in join_rows(alike)]
 
     @cached_property
     def states(self):
@@ -207,7 +208,7 @@ class Known:
             for name, first in new.first.items():
                 for part in ("light", "element", "deviation"):
                     getattr(first, part)[known] = getattr(old.first[name], part)[rows]
-            for name in ("far_ground", "covered"):
+            for name in ("far_ground", "element_far_ground", "open_share", "covered"):
                 getattr(new, name)[known] = getattr(old, name)[rows]
             for part in hits or ():
                 new.form_factors.put(leave_rows(part, known[part.chosen]))

@@ -1,27 +1,29 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Each loop takes `rows`, the arrays of `Rows`; `scale`, the number of bits of a cell's number, and the share of a ray in
-those of each patch, (p,) float32; and `product`, to which it adds.
+Rays of one patch that hit the same place are merged before they are multiplied, except for a single light source, where
+that would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to
+the patch and to the cell that was hit, and the weight of one ray; and `product`, to which it writes.
 """
 
 import numpy as np
 from numba import njit
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from .form_factors import REPLICATE_BITS
 
 NONE, ONE = np.float32(0), np.float32(1)
 
 
 @njit(nogil=True, cache=True)
-def merge_row(row, rows, met, weight):
-    """Count the rays of one patch that hit the same place: the same cell of a patch.
+def merge_row(row, rows, shift, met, weight):
+    """Count the rays of one patch that hit the same place; a place is a key without its last bits.
 
     Parameters
     ----------
     row : int
     rows : tuple of (c + 1,) int64 and (e,) int32
         Start and key, as of `Rows`.
+    shift : int
+        Number of bits to drop.
     met : (m,) int32
         Written: the places, followed by three zeros, so that they can be processed in fours.
     weight : (m,) float32
@@ -36,7 +38,7 @@ def merge_row(row, rows, met, weight):
     found, last, rays = -1, -1, NONE
     # Without branches: whether a ray hits the same place as the one before cannot be predicted.
     for entry in range(start[row], start[row + 1]):
-        place = key[entry] >> REPLICATE_BITS
+        place = key[entry] >> shift
         found += place != last
         rays = ONE + (rays if place == last else NONE)
         met[found], weight[found] = place, rays
@@ -45,6 +47,20 @@ def merge_row(row, rows, met, weight):
     for spare in range(found, found + 3):
         met[spare], weight[spare] = 0, 0
     return found
+
+
+@njit(nogil=True, cache=True)
+def add_single(rows, scale, product, factor, light):
+    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them.
+
+    Summed in double precision: what is lost in one reflection grows with their number.
+    """
+    (chosen, start, key), (to_patch, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total = 0.0
+        for entry in range(start[row], start[row + 1]):
+            total += factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
+        product[chosen[row], 0] = share * total
 
 
 @njit(nogil=True, cache=True)
@@ -59,34 +75,34 @@ def link_patches(rows, scale, factor):
     weight : (l,) float32
         0 for those that fill up a four.
     """
-    (chosen, first, key), (bits, share) = rows, scale
-    to_patch = bits + REPLICATE_BITS
+    (_, first, key), (to_patch, to_cell, share) = rows, scale
     start = np.zeros(len(first), np.int64)
-    for row in range(len(chosen)):
+    for row in range(len(first) - 1):
         found, last = 0, -1
         for entry in range(first[row], first[row + 1]):
             found += key[entry] >> to_patch != last
             last = key[entry] >> to_patch
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
-    for row in range(len(chosen)):
+    for row in range(len(first) - 1):
         place, last, total = start[row] - 1, -1, NONE
         # Without branches, as in `merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
             place += met != last
-            total = (total if met == last else NONE) + factor[key[entry] >> REPLICATE_BITS]
-            patch[place], weight[place] = met, share[chosen[row]] * total
+            total = (total if met == last else NONE) + factor[key[entry] >> to_cell]
+            patch[place], weight[place] = met, share * total
             last = met
     return start, patch, weight
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_patches(chosen, links, product, light):
-    """Light of patches, (p, s), times the weights of `link_patches`."""
+def add_patches(chosen, links, product, light, add):
+    """Light of patches, (p, s), times the weights of `link_patches`: added to the product, or in place of it."""
     start, patch, weight = links
+    total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
-        total = product[chosen[row]]
+        total[:] = 0
         # Four at a time, so that the sums need not be loaded and stored for each.
         for four in range(start[row], start[row + 1], 4):
             first, second = light[patch[four]], light[patch[four + 1]]
@@ -95,65 +111,79 @@ def add_patches(chosen, links, product, light):
             for column in range(len(total)):
                 pair = a * first[column] + b * second[column]
                 total[column] += pair + (c * third[column] + d * fourth[column])
+        to = product[chosen[row]]
+        for column in range(len(total)):
+            to[column] = to[column] + total[column] if add else total[column]
 
 
 @njit(nogil=True, cache=True)
-def add_elements(rows, scale, product, radiosity):
-    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate."""
-    (chosen, start, key), (_, share) = rows, scale
+def add_elements(rows, scale, product, radiosity, shift):
+    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or start: the last bits of
+    a key without those of `shift`."""
+    (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
-        total, weight = product[chosen[row]], share[chosen[row]]
+        total = product[chosen[row]]
+        total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += weight * radiosity[key[entry] >> REPLICATE_BITS]
+            total[(key[entry] >> shift) & (len(total) - 1)] += radiosity[key[entry] >> to_cell]
+        for column in range(len(total)):
+            total[column] *= share
 
 
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
     """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third that of all."""
-    (chosen, start, key), (_, share) = rows, scale
+    (chosen, start, key), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
-        total, weight, whole = product[chosen[row]], share[chosen[row]], NONE
+        total, whole = product[chosen[row]], NONE
+        total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            met = radiosity[key[entry] >> REPLICATE_BITS]
+            met = radiosity[key[entry] >> to_cell]
             replicate = key[entry] & (HEMISPHERE_REPLICATES - 1)
-            total[replicate] += weight * met[0]
-            total[replicate + HEMISPHERE_REPLICATES] += weight * met[1]
+            total[replicate] += met[0]
+            total[replicate + HEMISPHERE_REPLICATES] += met[1]
             whole += met[2]
-        total[2 * HEMISPHERE_REPLICATES] += weight * whole
+        for column in range(2 * HEMISPHERE_REPLICATES):
+            total[column] *= share
+        total[2 * HEMISPHERE_REPLICATES] = share * whole
 
 
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
     """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays that hit them."""
-    (chosen, start, key), (bits, share) = rows, scale
+    (chosen, start, key), (to_patch, to_cell, share) = rows, scale
+    total = np.empty(HEMISPHERE_REPLICATES, np.float32)
     for row in range(len(chosen)):
-        total = product[chosen[row]]
+        total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            place = key[entry] >> REPLICATE_BITS
-            weight, met = share[chosen[row]] * factor[place >> bits], places[place]
+            weight = share * factor[key[entry] >> to_patch]
+            met = places[key[entry] >> to_cell]
             for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
+        for column in range(HEMISPHERE_REPLICATES):
+            product[chosen[row], column] = total[column]
 
 
 @njit(nogil=True, cache=True)
 def add_visible(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    Rays of a patch that hit the same cell are merged. Computing the cosine of incidence from normals and suns is no
-    slower than loading it from a matrix. What two places need is computed where it is used, which is faster than
-    writing it into arrays of the whole row first.
+    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What two places
+    need is computed where it is used, which is faster than writing it into arrays of the whole row first.
     """
-    (chosen, start, key), (bits, shares), (albedo, normal, points) = rows, scale, patches
+    (chosen, start, key), (to_patch, to_cell, share), (albedo, normal, points) = rows, scale, patches
     (directions, visible), entries = suns, (start, key)
     east, north, up = directions[0], directions[1], directions[2]
+    bits = to_patch - to_cell
     inside = np.int32((1 << bits) - 1)
     longest = 0
     for row in range(len(start) - 1):
         longest = max(longest, start[row + 1] - start[row])
     met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
     for row in range(len(chosen)):
-        found = merge_row(row, entries, met, weight)
-        total, share = product[chosen[row]], shares[chosen[row]]
+        found = merge_row(row, entries, to_cell, met, weight)
+        total = product[chosen[row]]
+        total[:] = 0
         for place in range(0, found, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits
             point = np.int64(points[patch, met[place] & inside])

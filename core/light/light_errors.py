@@ -19,7 +19,7 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside
 from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
-from .solve_radiosity import exchange_of, shares_of_cells
+from .solve_radiosity import exchange_of
 from .transfer import variance_of_mean
 
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
@@ -99,6 +99,16 @@ def reflect_elements(context, traced, first):
     light = np.stack([first, *steps], axis=2)
     first_bounce, by_replicate, received = multiply_steps(form_factors, albedo, light, threads)
     return first_bounce, Steps(received, variance_of_mean(by_replicate))
+
+
+def shares_of_cells(covered, cells):
+    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
+    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
+    members = np.zeros((covered.shape[1], cells))
+    members[np.arange(len(inside)), inside] = 1
+    share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))
+    share[partly] = covered[partly] @ (members / np.maximum(members.sum(axis=0), 1))
+    return share
 
 
 def average_groups(light, open_share, groups):

@@ -22,6 +22,7 @@ from .annual_light import add_points, solve_annual
 from .kept_matrix import keep_matrix, row_blocks
 from .merge_transfers import add_columns, merge_records
 from .shadow_points import points_above
+from .solve_radiosity import element_factors
 from .solve_suns import prepare_suns, solve_suns
 from .trace_all import STAGE, fill_closed_forms
 from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies, tell_work
@@ -65,6 +66,8 @@ def add_round(city, part, progress, folder=None):
     append_rays(more, traced, part.size, before)
     for one in traced:
         fill_closed_forms(context, one)
+        if context.plan.reflections:
+            one.factor = element_factors(context, one)
     clock.lap(STAGE)
     lights = [solve_skies(context, one, None, clock) for one in traced]
     task = prepare_suns(more, traced, without_hidden(city.task.suns, context.plan.terrain))
@@ -116,9 +119,6 @@ def append_rays(context, traced, size, before):
     asked = traced[0].samples
     sends = context.patches.receives & (asked > 0)
     most, done = size * int(asked[sends].sum()) // before, 0
-    for one in traced:
-        if one.form_factors is not None:
-            one.form_factors.rounds.append([])
     for samples in np.unique(asked[sends]):
         rows, count = np.flatnonzero(sends & (asked == samples)), int(samples) // before * size
         for parts in trace_rows(context, rows, count):

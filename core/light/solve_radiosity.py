@@ -4,19 +4,22 @@ E₀      first light: visible sky, or visible share of the sun times the cosine
 E₁      = F (ρ ∘ E₀) + F_far · ρ_ground · (1 for the sky, cos(zenith) for a sun)
 E_{n+1} = F (ρ ∘ E_n)
 
-First light is re-emitted by the elements of a patch where it arrived, reflected light by all of them alike but those
-that are covered: where a wall continues inside its neighbour's house, rays from the dark part hit dark parts of others.
+Incoming light may be uneven over a patch: where a wall continues inside its neighbour's house, one part is lit and the
+other dark, and rays from the dark part hit the dark parts of others. The cells of a patch therefore re-emit its light
+in proportion to each cell's first reflection of sky light.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
-from ..rays.sample_points import cells_inside
 from ..settings.errors import check_array
-from .form_factor_products import multiply
+from ..settings.threads import work_in_slices
+from .form_factor_products import multiply, multiply_starts
 from .form_factors import FormFactors, check_form_factors
+from .traced import SKY_DOME
 
 LARGEST_RATIO = 0.999
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
@@ -35,33 +38,62 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def element_factors(patches, covered, elements):
-    """Factors from the mean irradiance of a patch to the radiosity of each of its elements, for reflected light.
+def element_factors(context, traced):
+    """Factors from the mean irradiance of a patch to the radiosity of each of its elements.
 
     Parameters
     ----------
-    patches : Patches
-    covered : (p, c) bool
-        Cells that lie inside or under something.
-    elements : int
+    context : GatherContext
+    traced : Traced
 
     Returns
     -------
     (p, elements) float32
-        That of `radiosity_factor`; 0 for elements that are wholly covered.
+        That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where rays start.
     """
-    whole = radiosity_factor(patches, covered.mean(axis=1, dtype=np.float32))
-    return np.where(shares_of_cells(covered, elements) < 1, whole[:, None], np.float32(0))
+    patches, form_factors = context.patches, traced.form_factors
+    whole = radiosity_factor(patches, traced.covered_share)
+    if form_factors.starts < form_factors.cells or form_factors.cells == 1:
+        return np.repeat(whole[:, None], form_factors.cells, axis=1)
+    factor = multiply_starts(form_factors, patches.albedo, traced.first[SKY_DOME].element, context.threads)
+    ground_albedo = np.float32(context.request.ground_albedo)
+
+    def share(rows):
+        light = factor[rows], ground_albedo, traced.element_far_ground[rows]
+        weigh_elements(light, traced.open_share[rows], patches.albedo[rows], whole[rows])
+
+    work_in_slices(share, len(factor), context.threads)
+    return factor
 
 
-def shares_of_cells(covered, cells):
-    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
-    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
-    members = np.zeros((covered.shape[1], cells))
-    members[np.arange(len(inside)), inside] = 1
-    share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))
-    share[partly] = covered[partly] @ (members / np.maximum(members.sum(axis=0), 1))
-    return share
+@njit(nogil=True, cache=True)
+def weigh_elements(light, open_share, albedo, whole):
+    """Turn the light that arrives at cells into the factors of `element_factors`, in place.
+
+    Parameters
+    ----------
+    light : tuple of (p, cells) float32, float32 and (p, cells) float32
+        What patches reflect to each cell, overwritten with the factors; albedo of the far ground; and its view factor
+        from each cell.
+    open_share : (p, cells) float32
+    albedo, whole : (p,) float32
+        `whole` is that of `radiosity_factor`.
+    """
+    arriving, ground_albedo, far_ground = light
+    cells = arriving.shape[1]
+    for patch in range(len(arriving)):
+        total = np.float32(0)
+        for cell in range(cells):
+            arriving[patch, cell] += ground_albedo * far_ground[patch, cell]
+            total += arriving[patch, cell]
+        if total <= 0:
+            arriving[patch] = whole[patch]
+            continue
+        # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
+        scale = np.float32(cells) * albedo[patch] / total
+        for cell in range(cells):
+            share = open_share[patch, cell]
+            arriving[patch, cell] = scale * arriving[patch, cell] / share if share > 0 else 0
 
 
 @dataclass
@@ -72,9 +104,9 @@ class Exchange:
     factor: np.ndarray  # (p, elements) float32, of `element_factors`
     threads: int = 1
 
-    def reflect(self, light):
-        """F · (factor ∘ light) of (p, s) float32."""
-        return multiply(self.form_factors, self.factor, light, self.threads)
+    def reflect(self, light, **kept):
+        """F · (factor ∘ light) of (p, s) float32; what is kept as of `multiply`."""
+        return multiply(self.form_factors, self.factor, light, self.threads, **kept)
 
 
 def exchange_of(context, traced):
@@ -117,11 +149,16 @@ def sum_reflections(exchange, arriving, count, report=lambda done: None):
     """
     if not count:
         return np.zeros_like(arriving)
-    whole = light = arriving
+    # The light of the first reflection is not needed after the second: its array takes the sum of all.
+    whole, light, spare = arriving, arriving, None
     report(1)
     for done in range(2, count + 1):
-        light = exchange.reflect(light)
-        whole += light
+        if 2 < done == count:
+            exchange.reflect(light, total=whole)
+        else:
+            product = exchange.reflect(light, out=spare)
+            light, spare = product, None if light is whole else light
+            add_in_slices(whole, light, exchange.threads)
         report(done)
     return whole
 
@@ -162,6 +199,15 @@ def find_bounces(exchange, light, weights, first):
             break
         arrived = following
     return count, float(left[-1].max(initial=0))
+
+
+def add_in_slices(total, light, threads):
+    """Add one array of light, (p, s) float32, to another."""
+
+    def add(rows):
+        total[rows] += light[rows]
+
+    work_in_slices(add, len(total), threads)
 
 
 def covariance_of_replicates(one, other):

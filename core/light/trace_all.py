@@ -19,6 +19,7 @@ from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
+from .form_factors import count_starts
 from .kept_matrix import area_means
 from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
@@ -92,6 +93,7 @@ def prepare_gather(prepared, request, progress):
         threads=usable_threads(request.threads),
         reflections=plan.reflections,
         elements=elements,
+        starts=count_starts(len(patches), elements, request.samples),
         terrain=plan.terrain,
         sources=plan.sources,
         rays_share=plan.rays_share,
@@ -159,7 +161,9 @@ def trace_all(context, known=None):
     for one in found:
         fill_closed_forms(context, one)
         if plan.reflections:
-            one.factor = element_factors(patches, one.covered, context.elements)
+            one.factor = element_factors(context, one)
+        if not context.keeps:
+            one.element_far_ground = one.open_share = None
     return found
 
 
@@ -174,8 +178,16 @@ def weigh_hits(form_factors, weight):
 
 def measure_filled(form_factors, area):
     """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
-    seen = SMALLEST_AREA * weigh_hits(form_factors, np.rint(area * form_factors.share / SMALLEST_AREA))
-    return np.divide(seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
+    seen = np.zeros(len(area))
+    for rows in form_factors.rows:
+        weight = np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
+        seen += np.bincount(patch_of_keys(form_factors, rows), np.repeat(weight, np.diff(rows.start)), len(area))
+    return np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
+
+
+def patch_of_keys(form_factors, rows):
+    """Patch of each entry: (e,) int32."""
+    return rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
 
 
 def fill_closed_forms(context, traced):
@@ -186,7 +198,9 @@ def fill_closed_forms(context, traced):
     shares |= {one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources}
     for name, share in shares.items():
         traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]
-    traced.far_ground[known] = ground_view_of_tilt(normal, plan.terrain)[:, None]
+    far_ground = ground_view_of_tilt(normal, plan.terrain)[:, None]
+    traced.far_ground[known] = far_ground
+    traced.element_far_ground[known] = far_ground / context.elements
     traced.covered[~patches.receives] = True
     if not plan.far_ground:
-        traced.far_ground[:] = 0
+        traced.far_ground[:] = traced.element_far_ground[:] = 0

@@ -114,15 +114,16 @@ def trace_part(city, chosen, covered, sequence):
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
     sources = {one.name: look_at_source(city, one, rows, covered, sequence) for one in city.sources}
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
-    found = []
+    cell_of, found = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
+    start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
     for state, fate in enumerate(fates):
         hide_sky(city, directions, fate)
-        sky, far_ground = tally_rays(fate, start_cells, near_cover, city.elements)
+        sky, *others = tally_rays(fate, start_cells, near_cover, city.elements)
         first = {SKY_DOME: sky} | {name: lights[state] for name, (lights, _) in sources.items()}
-        found.append(RowLight(rows, covered, lost, first, far_ground, hits=None, ray_count=ray_count))
+        found.append(RowLight(rows, covered, lost, first, *others, hits=None, ray_count=ray_count))
         if city.reflections:
             met = hits.triangle.reshape(fate.shape), fate == FRONT
-            found[-1].hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements)
+            found[-1].hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
     return found
 
 
@@ -198,7 +199,7 @@ def look_at_source(city, source, rows, covered, sequence):
     fates[fates == FAR_GROUND] = SKY  # at the very horizon
     for light, fate in zip(found, fates, strict=True):
         hide_sky(city, rays[1], fate)
-        first, _ = tally_rays(fate, rays[2], near_cover, city.elements)
+        first, *_ = tally_rays(fate, rays[2], near_cover, city.elements)
         light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
     return found, fates[0].size
 
@@ -252,15 +253,17 @@ def tally_rays(fate, start_cells, near_cover, cells):
     FirstLight
         Of the sky.
     far_ground : (c, HEMISPHERE_REPLICATES) float32
+    element_far_ground, open_share : (c, cells) float32
+        As of RowLight.
     """
     count = len(fate)
     sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
     deviation = np.empty((count, cells, HEMISPHERE_REPLICATES), np.int16)
-    element_sky = np.empty((count, cells), np.float32)
-    tally = sky, far_ground, element_sky, deviation
+    element_sky, element_far_ground, open_share = np.empty((3, count, cells), np.float32)
+    tally = sky, far_ground, element_sky, element_far_ground, open_share, deviation
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tally)
-    return FirstLight(sky, element_sky, deviation), far_ground
+    return FirstLight(sky, element_sky, deviation), far_ground, element_far_ground, open_share
 
 
 @njit(nogil=True, cache=True)
@@ -278,22 +281,24 @@ def count_fates(met_by, resolved, tally):
         Written.
     """
     (fate, start_cells, near_cover), (cell_of, resolves) = met_by, resolved
-    sky, far_ground, element_sky, deviation = tally
+    sky, far_ground, element_sky, element_far_ground, open_share, deviation = tally
     (count, rays), cells, every = fate.shape, element_sky.shape[1], HEMISPHERE_REPLICATES
     per_replicate = rays // HEMISPHERE_REPLICATES
-    opening = np.empty(cells, np.int64)  # two counts in one number: rays to the sky and starts in the open
+    # Two counts in one number each: all rays and those to the far ground; rays to the sky and starts in the open.
+    escaping, opening = np.empty((2, cells), np.int64)
     # The last row is for the whole patch, the last column for all replicates.
     free, started = np.empty((2, cells + 1, HEMISPHERE_REPLICATES + 1), np.int64)
     for patch in range(count):
-        free[:], started[:] = 0, 0
+        escaping[:], free[:], started[:] = 0, 0, 0
         for replicate in range(HEMISPHERE_REPLICATES):
             downwards = 0
             opening[:] = 0
             for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
                 start, met = start_cells[patch, ray], fate[patch, ray]
+                cell = cell_of[start]
                 downwards += met == FAR_GROUND
-                in_open = (not near_cover[patch, start]) | (met < BACK)
-                opening[cell_of[start]] += int(met == SKY) + (int(in_open) << 32)
+                escaping[cell] += 1 + (int(met == FAR_GROUND) << 32)
+                opening[cell] += int(met == SKY) + (int((not near_cover[patch, start]) | (met < BACK)) << 32)
             for cell in range(cells):
                 reached, begun = opening[cell] & LOW, opening[cell] >> 32
                 for row in (cell, cells):
@@ -303,8 +308,14 @@ def count_fates(met_by, resolved, tally):
             sky[patch, replicate] = np.float32(free[cells, replicate]) / np.float32(per_replicate)
             far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
         for cell in range(cells):
+            all_rays, below = escaping[cell] & LOW, escaping[cell] >> 32
+            taken = cell if resolves and all_rays > 0 else cells
+            open_share[patch, cell] = started[cell, every] / all_rays if all_rays else 1
+            element_far_ground[patch, cell] = below / rays
+            element_sky[patch, cell] = free[taken, HEMISPHERE_REPLICATES] / max(
+                started[taken, HEMISPHERE_REPLICATES], 1
+            )
             taken = cell if resolves else cells
-            element_sky[patch, cell] = free[taken, every] / max(started[taken, every], 1)
             write_deviations(free[taken], started[taken], deviation[patch, cell])
 
 

@@ -15,7 +15,7 @@ from ..patches.patches import Patches
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sun.horizon import TerrainHorizon
-from .form_factors import FormFactors, Rows, empty_factors
+from .form_factors import FormFactors, Rows
 
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 SKY_DOME = "sky"  # the name of its first light, beside those of `sun.sky_models`
@@ -31,6 +31,7 @@ class RayCity:
     reflections: bool = True  # whether to collect the matrix of form factors
     covered: np.ndarray | None = None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
     elements: int = 1  # of each patch: 1, 4 or 16
+    starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
     terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
     sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
     rays_share: int = 4  # hemisphere rays for each ray towards one of them
@@ -73,16 +74,20 @@ class RowLight:
     dark: np.ndarray  # (d,) int
     first: dict  # of the sky, and of each source by its name: FirstLight
     far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    element_far_ground: np.ndarray  # (c, elements) float32, share of all rays that start there and do so
+    open_share: np.ndarray  # (c, elements) float32, share of the rays of each element that start in the open
     hits: Rows | None  # without reflections None
     ray_count: dict  # rays towards the sky, and towards each source
 
 
 @dataclass
 class Traced:
-    """RowLight of all p patches: rows can be replaced, rays added. Those without rows see nothing."""
+    """RowLight of all p patches: rows can be replaced, rays added. Those without rows see nothing, all in the open."""
 
     first: dict
     far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element_far_ground: np.ndarray | None  # (p, elements) float32; None once the element factors are known
+    open_share: np.ndarray | None  # (p, elements) float32; likewise
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
     form_factors: FormFactors | None
     ray_count: dict = field(default_factory=dict)
@@ -97,8 +102,9 @@ class Traced:
             first.put(part.rows, part.first[name])
             first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
             self.ray_count[name] = self.ray_count.get(name, 0) + part.ray_count[name]
-        self.far_ground[part.rows], self.far_ground[part.dark] = part.far_ground, 0
-        self.covered[part.rows], self.covered[part.dark] = part.covered, True
+        for name, dark in (("far_ground", 0), ("element_far_ground", 0), ("open_share", 0), ("covered", True)):
+            values = getattr(self, name)
+            values[part.rows], values[part.dark] = getattr(part, name), dark
         if part.hits is not None:
             self.form_factors.put(part.hits)
 
@@ -109,9 +115,11 @@ class Traced:
         for name, first in self.first.items():
             first.append(rows, part.first[name], share)
             self.ray_count[name] += part.ray_count[name]
-        self.far_ground[rows] += share * (part.far_ground - self.far_ground[rows])
+        for name in ("far_ground", "element_far_ground", "open_share"):
+            values = getattr(self, name)
+            values[rows] += share * (getattr(part, name) - values[rows])
         if part.hits is not None:
-            self.form_factors.put(part.hits)
+            self.form_factors.append(part.hits)
         self.samples[rows] += count
 
     @property
@@ -140,8 +148,10 @@ def empty_traced(city):
     return Traced(
         first=first,
         far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
+        element_far_ground=np.zeros((count, elements), np.float32),
+        open_share=np.ones((count, elements), np.float32),
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        form_factors=empty_factors(count, elements) if city.reflections else None,
+        form_factors=FormFactors([], count, elements, city.starts) if city.reflections else None,
         ray_count=dict.fromkeys(first, 0),
         samples=np.zeros(count, np.int32),
     )

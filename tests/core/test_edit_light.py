@@ -29,7 +29,7 @@ REQUEST = Request(
 )
 MATRICES = ("visible_share", "direct_reflected")
 NUMBERS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error", "covered_share")
-TRACED = ("far_ground", "covered", "samples")
+TRACED = ("far_ground", "covered", "element_far_ground", "open_share", "samples")
 SAME = 1e-3  # [m] apart, places are the same
 
 

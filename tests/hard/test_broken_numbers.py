@@ -199,7 +199,7 @@ def test_broken_reflections():
     ):
         refused(name, solve, *arrays)
     for (name, _), broken in rows.items():
-        refused(f"{name} of form_factors: entry 7 is", solve, replace(factors, rounds=[[broken]]), factor, light, light)
+        refused(f"{name} of form_factors: entry 7 is", solve, replace(factors, rows=[broken]), factor, light, light)
 
 
 def test_broken_closed_forms():
