@@ -149,11 +149,11 @@ def trace_all(context, known=None):
         found[0].filled = np.maximum.reduce(filled)
     trace(sends & ~full & ~ground, fewer)
     if plan.reflectors:
-        seen = sends & ground & (sum(weigh_hits(one.form_factors, np.ones(len(patches))) for one in found) > 0)
+        seen = sends & ground & (sum(hits_of_patches(one.form_factors) for one in found) > 0)
         trace(seen, every if plan.receivers is None else fewer)
         unseen = sends & ground & ~seen
         for one in found:
-            hits = weigh_hits(one.form_factors, np.ones(len(patches)))
+            hits = hits_of_patches(one.form_factors)
             one.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
             one.covered[unseen] = True  # nothing is asked of them: no shadow rays either
     if done < most:
@@ -167,13 +167,12 @@ def trace_all(context, known=None):
     return found
 
 
-def weigh_hits(form_factors, weight):
-    """Sum over all hits of each patch of the weights, (p,), of the patches that sent the rays: (p,) float64."""
-    seen = np.zeros(form_factors.count)
+def hits_of_patches(form_factors):
+    """Number of rays that met each patch: (p,) int."""
+    hits = np.zeros(form_factors.count, int)
     for rows in form_factors.rows:
-        met = rows.key // (HEMISPHERE_REPLICATES * form_factors.cells)
-        seen += np.bincount(met, np.repeat(weight[rows.chosen], np.diff(rows.start)), len(seen))
-    return seen
+        hits += np.bincount(patch_of_keys(form_factors, rows), minlength=len(hits))
+    return hits
 
 
 def measure_filled(form_factors, area):
