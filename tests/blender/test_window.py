@@ -157,20 +157,23 @@ def measure_frames(window, seconds):
 
 
 def test_escape_among_the_suns_keeps_those_that_are_traced(window):
+    calm = measure_frames(window, 2)
     window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 64, 4096")
     press(window, "citypv.trace")
     window.wait_for(f"{RUNNING}.text.startswith('suns') and {RUNNING}.share > 0.1", 120)
     window.take_picture(window.pictures / "running.png")
     frames = measure_frames(window, 5)
-    (window.pictures / "frames.txt").write_text("longest {:.0f} ms, median {:.0f} ms".format(*frames))
-    # On a computer that does other things as well: its own share of them is in docs/blender.md.
-    assert frames[0] < 1000
-    assert frames[1] < 100
+    (window.pictures / "frames.txt").write_text(
+        "longest {:.0f} ms, median {:.0f} ms; {:.0f} and {:.0f} before".format(*frames, *calm)
+    )
     window.point("mousemove", 400, 400, "key", "Escape")
     pressed = time.monotonic()
     window.wait_for(f"{RUNNING} is None or {RUNNING}.cancelled", 10)
-    assert time.monotonic() - pressed < 2  # with the 0.2 s of asking, and other tests beside
+    assert time.monotonic() - pressed < 2  # with the 0.2 s of asking
     window.wait_for(f"{RUNNING} is None", 60)
+    # A computer that does other things as well takes longer, also where Blender does nothing.
+    assert frames[0] < max(1000, 10 * calm[0])
+    assert frames[1] < max(100, 10 * calm[1])
     told = window.ask(f"answer = {CITY}['citypv_interrupted']")
     assert told.startswith("Interrupted: kept ")
     assert told in read_reports(window)
