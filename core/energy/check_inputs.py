@@ -5,7 +5,7 @@ import numpy as np
 from ..light.kept_matrix import row_blocks
 from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sun.horizon_band import SOURCES
-from ..sun.sky_models import name_untraced
+from ..sun.sky_models import sources_of
 from ..sun.solar_position import check_place, check_times
 from ..sun.suns import check_suns
 from ..weather.check_weather import LIMITS
@@ -61,16 +61,16 @@ def check_transfer(transfer):
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
 
 
-def check_sky(transfer, sky):
-    """Refuse a model of the sky that needs light that was not traced.
+def check_sky(transfer, sky, source="the Transfer"):
+    """Refuse a model of the sky that needs light that was not traced; `source` is the Transfer's, for the message.
 
     Raises
     ------
     InputError
     """
-    missing = name_untraced(sky, transfer.sources)
+    missing = " and ".join(part.title for part in sources_of(sky) if part.name not in transfer.sources)
     if missing:
-        problem = f"the Transfer was traced without the light of {missing}"
+        problem = f"{source} was traced without the light of {missing}"
         raise InputError(f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic")
 
 

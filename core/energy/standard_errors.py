@@ -114,44 +114,27 @@ def errors_of_energy(transfer, weather, energy):
     """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather: HourErrors."""
     full_load_hours, poa, sky = energy.full_load_hours, energy.poa_global_annual, split_sky(weather, energy.sky)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    found = []
+    own, points, passed_on, discretisation = [], [], 0.0, 0.0
     for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
         annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / energy.years / 1000.0
-        found.append(carry_state(state, per_poa * annual[:, None], sky))
-    own, passed_on, discretisation, points = zip(*found, strict=True)
-    own = np.where(np.isnan(full_load_hours), np.nan, add_deviations(own))
-    surfaces = transfer.surfaces
-    names = list(zip(np.asarray(surfaces.kind), np.asarray(surfaces.orientation), strict=True))
+        # In the hours of this state, [h] per relative irradiance of direct and diffuse light and of traced sources.
+        direct, diffuse, *of_sources = per_poa * annual[:, None]
+        parts = state.error_parts or no_parts(len(poa))
+        noise = join_own(direct, diffuse, own_direct(state), own_diffuse(state), parts.covariance)
+        for name, of_source in zip(sky.sources, of_sources, strict=True):
+            noise = noise + (of_source * state.sources[name].standard_error) ** 2  # with what others pass on
+        own.append(noise)
+        points.append(np.minimum(direct**2 * parts.direct_points, noise))
+        passed_on = passed_on + direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
+        discretisation = discretisation + direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
+    # The states are traced by the same rays: their noise adds up with its standard deviations.
+    own, points = (np.square(sum(map(np.sqrt, of_states))) for of_states in (own, points))
+    own = np.where(np.isnan(full_load_hours), np.nan, own)
+    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     shares = [[sun_sampling_share(transfer.record, name, part) for name in names] for part in ("bias", "rms")]
-    suns = full_load_hours * np.array(shares)
-    return HourErrors(own, sum(passed_on), sum(discretisation), add_deviations(points), *suns)
-
-
-def add_deviations(variances):
-    """Variance of the sum of noises that come from the same rays, and so add up with their standard deviations: (n,)"""
-    return np.square(sum(np.sqrt(one) for one in variances)) if len(variances) > 1 else variances[0]
-
-
-def carry_state(transfer, hours, sky):
-    """The same as `errors_of_energy` for one state of the trees: own, passed on, discretisation, points.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    hours : numpy.ndarray, (2 + k, n)
-        [h] per relative irradiance, of direct and diffuse light and of k sources, in the hours of this state.
-    sky : SkyParts
-    """
-    direct, diffuse, *of_sources = hours
-    parts = transfer.error_parts or no_parts(len(direct))
-    own = join_own(direct, diffuse, own_direct(transfer), own_diffuse(transfer), parts.covariance)
-    for name, of_source in zip(sky.sources, of_sources, strict=True):
-        own = own + (of_source * transfer.sources[name].standard_error) ** 2  # what others pass on is not kept apart
-    passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
-    discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
-    return own, passed_on, discretisation, np.minimum(direct**2 * parts.direct_points, own)
+    return HourErrors(own, passed_on, discretisation, points, *(full_load_hours * np.array(shares)))
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):

@@ -26,6 +26,8 @@ FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect 
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
+ERROR = "mwh_change_standard_error"
+SUMS = ["mwh_before", "mwh_after", "mwh_change", ERROR, *(f"mwh_change_{side}" for side in SIDES)]
 
 
 @dataclass
@@ -87,7 +89,7 @@ def compare_runs(before, after, errors=None):
         "before": before.name,
         "after": after.name,
         "weather": after.summary["weather"]["label"],
-        "sums": sum_states(table, buildings),
+        "sums": sum_states(buildings),
         "unit": "MWh per year",
         "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
     }
@@ -223,33 +225,23 @@ def sum_buildings(table):
 
     A building of which some surfaces are new or gone has changed itself; the others exist as before.
     """
+    for side, kinds in SIDES.items():
+        table = table.assign(**{f"mwh_change_{side}": table["mwh_change"].where(table["kind"].isin(kinds), 0.0)})
     rows = []
     for name, own in table.groupby("building_id", sort=True):
-        states = set(own["state"])
-        state = states.pop() if len(states) == 1 else CHANGED
-        old = own["mwh_before"].sum()
-        row = {"building_id": name, "state": state, **sum_energy(own)}
-        row["percent_change"] = 100 * row["mwh_change"] / old if old > 0 else np.nan
-        rows.append(row)
+        states, sums = own["state"].unique(), sum_energy(own)
+        percent = 100 * sums["mwh_change"] / sums["mwh_before"] if sums["mwh_before"] > 0 else np.nan
+        state = states[0] if len(states) == 1 else CHANGED
+        rows.append({"building_id": name, "state": state, **sums, "percent_change": percent})
     return pd.DataFrame(rows).sort_values(["mwh_change", "building_id"], ignore_index=True)
 
 
-def sum_energy(own):
-    """Sums over some surfaces: dict."""
-    error = np.sqrt((own["mwh_change_standard_error"] ** 2).sum())
-    sums = {name: float(own[name].sum()) for name in ("mwh_before", "mwh_after", "mwh_change")}
-    sums["mwh_change_standard_error"] = float(error)
-    for side, kinds in SIDES.items():
-        sums[f"mwh_change_{side}"] = float(own.loc[own["kind"].isin(kinds), "mwh_change"].sum())
-    return sums
+def sum_energy(rows):
+    """Sums over some surfaces or buildings, whose errors count as independent: dict."""
+    return {name: float(rows[name].sum() if name != ERROR else np.sqrt((rows[name] ** 2).sum())) for name in SUMS}
 
 
-def sum_states(table, buildings):
+def sum_states(buildings):
     """Sums [MWh per year] over the buildings of each state and over all: dict of dict."""
-    state = dict(zip(buildings["building_id"], buildings["state"], strict=True))
-    states = table["building_id"].map(state)
-    sums = {}
-    for name in (EXISTING, CHANGED, NEW, GONE, "all"):
-        own = table if name == "all" else table[states == name]
-        sums[name] = {"buildings": own["building_id"].nunique(), **sum_energy(own)}
-    return sums
+    states = {name: buildings[buildings["state"] == name] for name in (EXISTING, CHANGED, NEW, GONE)}
+    return {name: {"buildings": len(own), **sum_energy(own)} for name, own in (states | {"all": buildings}).items()}

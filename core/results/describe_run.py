@@ -245,26 +245,25 @@ def percent(value, sign=""):
     return f"{sign}{value:.{min(decimals, 4)}f} %"
 
 
-def summarise_errors(budget):
-    """The error budget in one sentence.
+def summarise_errors(summary):
+    """The error budget in one sentence, and how far off the weather may be, beside which it is small.
 
     The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do.
     """
+    budget, weather = (
+        summary["error_budget"],
+        OF_CLIMATE if "climatology" in summary["weather"]["label"] else OF_RECORDS,
+    )
     shift, typical = (budget.get("sun_sampling") or {}).get("bias"), budget.get("sampling_median")
     if None in (shift, typical, budget.get("sampling_total")):
-        return "This run does not tell all errors of ray tracing and of the choice of sun positions."
+        return f"This run does not tell all errors of ray tracing and of the choice of sun positions. {weather}"
     bounces = budget.get("bounces")
     rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
     return (
         "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
         f"± {percent(math.hypot(budget['sampling_total'], shift))} and the hours of a single surface typically to "
-        f"± {percent(typical)} (one standard error){rest}."
+        f"± {percent(typical)} (one standard error){rest}. {weather}"
     )
-
-
-def describe_weather_error(summary):
-    """How far off the weather may be, beside which the errors of tracing are small."""
-    return OF_CLIMATE if "climatology" in summary["weather"]["label"] else OF_RECORDS
 
 
 def describe_poor_years(summary):

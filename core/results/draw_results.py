@@ -39,8 +39,8 @@ def draw_report(results):
             if results.outlines is not None and chosen.any():
                 found[f"plan-{show}"] = embed_figure(draw_plan(results.faces, results.outlines, show), "png")
         if len(results.groups):
-            found["months"] = embed_figure(draw_months(results.groups))
-            found["day"] = embed_figure(draw_day(results.groups))
+            found["months"] = embed_figure(draw_periods(results.groups, "month"))
+            found["day"] = embed_figure(draw_periods(results.groups, "solar_hour"))
         suns = draw_sun_path(results.times, results.interval, site["latitude"], site["longitude"], results.suns)
         found["sun-path"] = embed_figure(suns)
         if len(mounted):
@@ -48,79 +48,44 @@ def draw_report(results):
     return found
 
 
-def draw_months(groups):
-    """Draw the full load hours of each group by month, a panel for each kind.
+def draw_periods(groups, period):
+    """Draw the full load hours of each group by month or by hour of the day, in a panel for each kind.
 
     Parameters
     ----------
     groups : pandas.DataFrame
         groups.csv.
+    period : {"month", "solar_hour"}
+        UTC, and local solar time.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    tables = tabulate_periods(groups, "month")
-    words = "Full load hours in the month [h]"
-    figure, panels = draw_lines(tables, 0.0, lambda side, hours: f"{side}: {hours.sum():,.0f} h a year", words)
-    for axes in panels:
-        axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
-        axes.margins(x=0.02)
-    return figure
-
-
-def draw_day(groups):
-    """Draw the full load hours of each group by hour of the day in local solar time, a panel for each kind.
-
-    Parameters
-    ----------
-    groups : pandas.DataFrame
-        groups.csv.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    tables, words = tabulate_periods(groups, "solar_hour"), "Full load hours in a year [h]"
-    figure, panels = draw_lines(tables, 0.5, lambda side, hours: side, words)
-    for axes in panels:
-        axes.set(xlabel="Hour of the day, local solar time", xticks=np.arange(0, 25, 3), xlim=(0, 24))
-    return figure
-
-
-def draw_lines(tables, shift, label, words):
-    """A line for each orientation in a panel for each kind: the figure and its panels.
-
-    Parameters
-    ----------
-    tables : dict of str to pandas.DataFrame
-        Of `tabulate_periods`.
-    shift : float
-        Added to the indices.
-    label : callable
-        Takes the orientation and its hours.
-    words : str
-        For the axes of the hours.
-    """
+    tables, monthly = tabulate_periods(groups, period), period == "month"
     rows = -(-len(tables) // ABREAST)
-    figure = make_figure(10, 3.9 * max(rows, 1))
+    figure = make_figure(10, 3.9 * rows)
     panels = figure.subplots(rows, min(len(tables), ABREAST), sharey=True, squeeze=False).ravel()
     for axes in panels[len(tables) :]:
         axes.remove()
-    panels = panels[: len(tables)]
-    for axes in panels[::ABREAST]:
-        axes.set_ylabel(words)
-    for axes, (kind, table) in zip(panels, tables.items(), strict=True):
+    for axes in panels[: len(tables) : ABREAST]:
+        axes.set_ylabel("Full load hours in the month [h]" if monthly else "Full load hours in a year [h]")
+    for axes, (kind, table) in zip(panels, tables.items(), strict=False):
         for side, hours in table.items():
-            words = label("all" if side == "none" else side, hours)
-            axes.plot(table.index + shift, hours, label=words, markersize=4, **LINES.get(side, OTHER))
+            words = ("all" if side == "none" else side) + (f": {hours.sum():,.0f} h a year" if monthly else "")
+            middle = table.index if monthly else table.index + 0.5
+            axes.plot(middle, hours, label=words, markersize=4, **LINES.get(side, OTHER))
         axes.set_title(kind_title(kind))
         axes.legend(loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2)
-    if tables:  # the legend stands above the highest line
-        top = max(table.to_numpy().max() for table in tables.values())
-        lines = max(len(table.columns) for table in tables.values())
-        panels[0].set_ylim(0, max(top, 1e-3) / (0.95 - 0.05 * lines))
-    return figure, panels
+        if monthly:
+            axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
+            axes.margins(x=0.02)
+        else:
+            axes.set(xlabel="Hour of the day, local solar time", xticks=np.arange(0, 25, 3), xlim=(0, 24))
+    # The legend stands above the highest line.
+    top, lines = (max(map(size, tables.values())) for size in (np.max, lambda table: len(table.columns)))
+    panels[0].set_ylim(0, max(top, 1e-3) / (0.95 - 0.05 * lines))
+    return figure
 
 
 def draw_histograms(faces):

@@ -8,6 +8,11 @@ from ..energy.counted_area import MOST_COVERED
 from ..light.measure_cover import measure_cover
 from ..settings.progress import silent
 
+CLOSURE, FOOTPRINT = (
+    "closes a building towards its neighbour (ClosureSurface)",
+    "lies under its building, on the ground",
+)
+COVERED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"
 
 
@@ -46,37 +51,20 @@ def list_findings(scene, covered_share=None, progress=silent):
     for reason, names in report.skipped.items():
         area = report.skipped_area.get(reason)
         findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
-    found = {reason: ("inside", mask) for reason, mask in find_inside(scene, covered_share, progress).items()}
+    # What lies inside or under something and receives no light has the first reason that holds.
+    every, owner = np.arange(len(surfaces)), scene.triangle_surface
+    closure, footprint = np.isin(every, owner[scene.closure]), np.isin(every, owner[scene.footprint])
+    covered = measure_cover(scene, progress=progress) if covered_share is None else np.asarray(covered_share)
+    found = [("inside", CLOSURE, closure), ("inside", FOOTPRINT, footprint & ~closure)]
+    found += [("inside", COVERED, (covered > MOST_COVERED) & ~closure & ~footprint)]
     if scene.sheet is not None:
-        found[SHEET] = "sheet", np.isin(np.arange(len(surfaces)), scene.triangle_surface[scene.sheet])
-    for reason, (heading, mask) in found.items():
+        found += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
+    for heading, reason, mask in found:
         chosen = np.flatnonzero(mask)
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]
             findings.append(Finding(heading, reason, names, chosen, float(surfaces.area[chosen].sum())))
     return findings
-
-
-def find_inside(scene, covered_share=None, progress=silent):
-    """Surfaces that lie inside or under something and receive no light.
-
-    Returns
-    -------
-    dict of str to (n,) bool
-        Reason -> surfaces; a surface has at most one reason.
-    """
-    if covered_share is None:
-        covered_share = measure_cover(scene, progress=progress)
-    rows, owner = np.arange(len(scene.surfaces)), scene.triangle_surface
-    closure, footprint = np.isin(rows, owner[scene.closure]), np.isin(rows, owner[scene.footprint])
-    covered = np.asarray(covered_share) > MOST_COVERED
-    return {
-        "closes a building towards its neighbour (ClosureSurface)": closure,
-        "lies under its building, on the ground": footprint & ~closure,
-        "more than half covered: shared with a neighbour, inside a building or below the ground": (
-            covered & ~closure & ~footprint
-        ),
-    }
 
 
 def rows_of_names(names):

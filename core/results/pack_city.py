@@ -52,8 +52,8 @@ def pack_city(results, change=None):
     -------
     str
     """
-    faces, mounted = results.faces, select_mounted(results.faces)
-    values = measure_faces(results, mounted)
+    faces = results.faces
+    mounted, values = measure_faces(faces, results.months, results.summary)
     if change is not None:
         own = change.iloc[: len(faces)]  # behind them are those that are gone
         values["change"] = own["full_load_hours_change"].to_numpy(float)
@@ -64,7 +64,6 @@ def pack_city(results, change=None):
         "building": building,
         "kind": faces["kind"].map(kinds.index).to_numpy(),
         "side": faces["orientation"].map(sides.index).to_numpy(),
-        "reason": number_reasons(faces, mounted),
     } | values
     if change is not None:
         sums = change.groupby("building_id")["mwh_change"].sum().reindex(buildings)
@@ -105,35 +104,46 @@ def pack_array(name, array):
     return {"name": name, "whole": whole, "count": int(numbers.size)}, data
 
 
-def measure_faces(results, mounted):
-    """Numbers of each surface, (n,) float: of those that carry modules hours of the area that counts."""
-    faces, settings = results.faces, results.summary["settings"]
+def measure_faces(faces, months, summary):
+    """Numbers of each surface.
+
+    Parameters
+    ----------
+    faces : pandas.DataFrame
+        faces.csv.
+    months : (n, 12) float [h]
+    summary : dict
+
+    Returns
+    -------
+    mounted : pandas.DataFrame
+        Of `select_mounted`.
+    values : dict of (n,) arrays
+        `reason` (int): place in the header's reasons of what is to be said of the surface, 0 if it counts. All others
+        are float; hours of surfaces that carry modules are those of the area that counts.
+    """
+    mounted = select_mounted(faces)
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
-    counted = area if settings["hidden_walls"] == "count" else faces["open_area"].to_numpy(float)
+    counted = area if summary["settings"]["hidden_walls"] == "count" else faces["open_area"].to_numpy(float)
     carries = np.zeros(len(faces), bool)
     carries[mounted.index] = True
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     spread = np.where(carries, area / np.where(carries, counted, 1.0), 1.0)
     values = {
+        "reason": np.where(
+            carries, faces["eligible"] != "true", pd.Index(REASONS).get_indexer(explain_faces(faces)) + 2
+        ),
         "area": area,
         "counted": np.where(carries, counted, 0.0),
-        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0) / results.summary["totals"]["area_per_kwp"],
+        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0) / summary["totals"]["area_per_kwp"],
         "tilt": faces["surface_tilt"].to_numpy(float),
         "azimuth": faces["surface_azimuth"].to_numpy(float),
         "sky": faces["sky_view_factor"].to_numpy(float),
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }
-    months = np.where(carries, results.months.T * spread, np.nan)
-    return values | {f"month_{number:02d}": own for number, own in enumerate(months, 1)}
-
-
-def number_reasons(faces, mounted):
-    """Place in the header's reasons of what is to be said of each surface, (n,) int; 0: it counts."""
-    reason = np.array(pd.Index(REASONS).get_indexer(explain_faces(faces))) + 2
-    carries = mounted.index.to_numpy()
-    reason[carries] = faces["eligible"][carries] != "true"
-    return reason
+    months = np.where(carries, months.T * spread, np.nan)
+    return mounted, values | {f"month_{number:02d}": own for number, own in enumerate(months, 1)}
 
 
 def list_layers(values, mounted):

@@ -4,7 +4,6 @@ The frame lies in the tangent plane of the ellipsoid: x east, y north, z up, met
 first folder, at height zero. Heights of the files are taken as heights above the ellipsoid.
 """
 
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,36 +97,29 @@ def read_pieces(folder, frame):
     if not (folder / "faces.csv").is_file():
         raise InputError(folder / "faces.csv", "there is no such file", CURE)
     site = read_summary(folder / "summary.json")["input"]["site"]
-    to_frame = bring_to_frame(Site(**site | {"origin": tuple(site["origin"])}), frame)
-    first = 0
-    with open_surfaces(folder) as file, read_rows(folder / "faces.csv") as tables:
-        if "outline_points" not in file:
-            raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
-        for table in tables:
-            faces = check_columns(folder / "faces.csv", table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
-            check_names(folder, file["surface_id"][first : first + len(faces)], faces["surface_id"].tolist())
-            yield read_shapes(file, faces, first, to_frame)
-            first += len(faces)
-        if first != file["surface_id"].shape[0]:
-            raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
-
-
-@contextmanager
-def read_rows(path):
-    """Rows of a table, some at a time."""
+    site, path, first = Site(**site | {"origin": tuple(site["origin"])}), folder / "faces.csv", 0
+    rows = {"dtype": dict.fromkeys(FACE_TEXTS, str), "keep_default_na": False, "chunksize": ROWS}
     try:
-        with pd.read_csv(path, dtype=dict.fromkeys(FACE_TEXTS, str), keep_default_na=False, chunksize=ROWS) as tables:
-            yield tables
+        with open_surfaces(folder) as file, pd.read_csv(path, **rows) as tables:
+            if "outline_points" not in file:
+                raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
+            for table in tables:
+                faces = check_columns(path, table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
+                check_names(folder, file["surface_id"][first : first + len(faces)], faces["surface_id"].tolist())
+                yield read_shapes(file, faces, first, site, frame)
+                first += len(faces)
+            if first != file["surface_id"].shape[0]:
+                raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
         raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
 
 
-def read_shapes(file, faces, first, to_frame):
+def read_shapes(file, faces, first, site, frame):
     """Piece of some rows of faces.csv, of which the first is number `first`."""
     rows = slice(first, first + len(faces))
     start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
     rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
-    points = to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float))
+    points = bring_to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float), site, frame)
     start, rings = start - start[0], rings - rings[0]
     shaped = np.flatnonzero(np.diff(start) > 0)
     triangles, _ = triangulate(points, rings, np.append(start[shaped], start[-1]))
@@ -135,21 +127,16 @@ def read_shapes(file, faces, first, to_frame):
     return Piece(faces, file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles))
 
 
-def bring_to_frame(site, frame):
-    """A function from points of a scene's frame, (m, 3) float64 [m], to the map's frame.
+def bring_to_frame(points, site, frame):
+    """Points of a scene's frame, (m, 3) float64 [m], in the map's frame.
 
     Without a reference system, or where it does not hold, the scene's frame is that of its place.
     """
-    own = frame_of(site.latitude, site.longitude)
-    plane = plane_of(site.crs)[0].to_3d() if site.crs else None
-    globe = None if plane is None else pyproj.Transformer.from_crs(plane, GLOBE, always_xy=True)
-
-    def bring(points):
-        there = np.full(points.shape, np.inf)
-        if globe is not None:
-            there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
-        if not np.isfinite(there).all():
-            there = (points + np.array([0.0, 0.0, site.origin[2]])) @ own[:3, :3] + own[3, :3]
-        return (there - frame[3, :3]) @ frame[:3, :3].T
-
-    return bring
+    there = np.full(points.shape, np.inf)
+    if site.crs:
+        globe = pyproj.Transformer.from_crs(plane_of(site.crs)[0].to_3d(), GLOBE, always_xy=True)
+        there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
+    if not np.isfinite(there).all():
+        own = frame_of(site.latitude, site.longitude)
+        there = (points + np.array([0.0, 0.0, site.origin[2]])) @ own[:3, :3] + own[3, :3]
+    return (there - frame[3, :3]) @ frame[:3, :3].T

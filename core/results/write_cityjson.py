@@ -105,15 +105,14 @@ def name_system(crs):
     return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
 
 
-def distinct_ring(corners):
-    """A ring without vertices that coincide with the one before after rounding."""
-    kept = [corner for corner, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if corner != before]
-    return kept if len(set(kept)) > 2 else corners
-
-
 def list_boundaries(city, index):
     """Rings of each polygon, of the vertices that `index` names for its corners: list of list of list of int."""
-    rings = [distinct_ring(index[first:last]) for first, last in pairwise(city.ring_start)]
+    rings = []
+    for first, last in pairwise(city.ring_start):
+        ring = index[first:last]
+        # Vertices that coincide with the one before after rounding are left out.
+        kept = [corner for corner, before in zip(ring, ring[-1:] + ring[:-1], strict=True) if corner != before]
+        rings.append(kept if len(set(kept)) > 2 else ring)
     return [rings[first:last] for first, last in pairwise(city.polygon_start)]
 
 

@@ -22,7 +22,6 @@ from .describe_run import (
     describe_input,
     describe_left_out,
     describe_poor_years,
-    describe_weather_error,
     describe_windows,
     has_losses,
     list_errors,
@@ -87,15 +86,10 @@ def write_report(folder, results):
         Of the page.
     """
     path = Path(folder) / NAME
-    page = compose_page(results)
+    city, data = compose_city(results)
+    page = fill_page(f"Solar potential: {results.name}", compose_body(results, city), data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
-
-
-def compose_page(results):
-    """The whole page: str."""
-    city, data = compose_city(results)
-    return fill_page(f"Solar potential: {results.name}", compose_body(results, city), data)
 
 
 def compose_city(results, change=None):
@@ -166,11 +160,10 @@ def compose_body(results, city):
 
 def compose_errors(summary):
     """How far the numbers hold, for the report and the solar map."""
-    budget = summary["error_budget"]
     return section(
         "How sure the numbers are",
-        paragraph(f"{summarise_errors(budget)} {describe_weather_error(summary)}"),
-        table(("Part", "Percent of the full load hours"), list_errors(budget), numbers=(1,)),
+        paragraph(summarise_errors(summary)),
+        table(("Part", "Percent of the full load hours"), list_errors(summary["error_budget"]), numbers=(1,)),
         paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
     )
 
@@ -230,7 +223,7 @@ def compose_totals(summary):
         *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
         *(paragraph(text) for text in filter(None, [describe_poor_years(summary)])),
-        paragraph(f"{summarise_errors(summary['error_budget'])} {describe_weather_error(summary)} {LIMITS}"),
+        paragraph(f"{summarise_errors(summary)} {LIMITS}"),
     )
 
 

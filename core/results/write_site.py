@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -23,9 +22,9 @@ from ..settings.version import __version__
 from .compare_runs import list_differences
 from .describe_run import describe_assumptions, describe_windows
 from .output_folder import whole_folder
-from .pack_city import describe_view, list_layers, measure_faces, number_reasons
+from .pack_city import describe_view, list_layers, measure_faces
 from .read_pieces import frame_of, join_pieces, read_pieces
-from .read_results import in_order, read_summary, select_mounted
+from .read_results import in_order, read_summary
 from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
@@ -141,20 +140,13 @@ def sort_surfaces(store, folders, frame, summary):
             piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
             count += len(piece.faces)
-            mounted, values = measure_piece(piece, summary)
+            mounted, values = measure_faces(piece.faces, piece.months, summary)
             sampled.append(np.column_stack([*values.values()])[mounted.index][::step])
     if not count:
         raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
     sampled = dict(zip(values, np.concatenate(sampled).T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
     return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
-
-
-def measure_piece(piece, summary):
-    """Surfaces that modules may lie on, and the numbers of all: DataFrame, dict of (n,) arrays."""
-    mounted = select_mounted(piece.faces)
-    results = SimpleNamespace(faces=piece.faces, months=piece.months, summary=summary)
-    return mounted, measure_faces(results, mounted)
 
 
 def write_tiles(work, store, frame, summary, *, look, private):
@@ -197,11 +189,11 @@ def write_tiles(work, store, frame, summary, *, look, private):
 
 def tabulate_columns(piece, summary, enums):
     """Columns of the surfaces' tile: dict of arrays."""
-    mounted, values = measure_piece(piece, summary)
+    values = measure_faces(piece.faces, piece.months, summary)[1]
     places = {
         "kind": [enums["kind"].index(kind) for kind in piece.faces["kind"]],
         "orientation": [enums["orientation"].index(side) for side in piece.faces["orientation"]],
-        "reason": number_reasons(piece.faces, mounted),
+        "reason": values.pop("reason"),
     }
     columns = {"building": piece.faces["building"].to_numpy(np.uint32)}
     columns |= {name: np.asarray(numbers, np.uint8) for name, numbers in places.items()}

@@ -138,24 +138,20 @@ def budget_errors(transfer, energy, weather):
 DARK = 0.01  # of the mean full load hours: open surfaces below it see next to no light all year
 
 
-def sum_dark(transfer, energy):
-    """Surfaces that count although next to no light reaches them, in deep courts and shafts: count and open area."""
-    carries = energy.eligible | energy.flat_roof
-    area, counted = np.asarray(transfer.surfaces.area, float)[carries], energy.counted_area[carries]
-    hours = energy.full_load_hours[carries] * area / np.maximum(counted, 1e-9)
-    dark = hours * counted.sum() < DARK * (hours @ counted)
-    return {"count": int(dark.sum()), "area": float(counted[dark].sum())}
-
-
 def sum_totals(transfer, energy, system):
     """Power and annual energy if all eligible area that is open and usable carried modules, whole and by kind.
 
     With the paper's sectors flat roofs have a line among `kinds`, but are not part of the whole. `without_modules` has
-    all other area, by the reason why it counts nothing.
+    all other area, by the reason why it counts nothing; `dark` surfaces that count although next to no light reaches
+    them, in deep courts and shafts.
     """
     area, kind = np.asarray(transfer.surfaces.area, float), find_counted_area(transfer, system).kind
     rows = {name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name) for name in KINDS}
     own = energy.eligible & np.isfinite(energy.full_load_hours)
+    carries = energy.eligible | energy.flat_roof
+    counted = energy.counted_area[carries]
+    hours = energy.full_load_hours[carries] * area[carries] / np.maximum(counted, 1e-9)
+    dark = hours * counted.sum() < DARK * (hours @ counted)
     by_year = kwp_of_hours(area, energy, system)[own] @ energy.full_load_hours_by_year[own] / 1000  # (y,) [MWh]
     return {
         "count": int(energy.eligible.sum()),
@@ -168,7 +164,7 @@ def sum_totals(transfer, energy, system):
             if chosen.any()
         },
         "without_modules": sum_left_out(transfer, system),
-        "dark": sum_dark(transfer, energy),
+        "dark": {"count": int(dark.sum()), "area": float(counted[dark].sum())},
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
 

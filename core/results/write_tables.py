@@ -199,20 +199,17 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     progress : callable
         See `core.progress`; counts files.
     """
-    system, monthly = build_system(request), request.monthly
-    of_buildings = {"transfer": transfer, "energy": energy, "system": system}
-    power, wanted = partial(compute_building_power, weather=weather, **of_buildings), BUILDINGS in request.series
+    system, monthly, wanted = build_system(request), request.monthly, BUILDINGS in request.series
+    power = partial(compute_building_power, transfer, weather, energy, system)
     tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, monthly=monthly),
-        "groups.csv": partial(write_groups, energy=energy),
-        "buildings.csv": partial(write_buildings, **of_buildings, weather=weather, monthly=monthly),
-        "timeseries.nc": partial(
-            write_timeseries, energy=energy, weather=weather, system=system, buildings=power if wanted else None
-        ),
-        "surfaces.nc": partial(write_surfaces, transfer=transfer, energy=energy),
+        "faces.csv": lambda path: write_faces(path, transfer, energy, monthly=monthly),
+        "groups.csv": lambda path: write_groups(path, energy),
+        "buildings.csv": lambda path: write_buildings(path, transfer, energy, system, weather, monthly=monthly),
+        "timeseries.nc": lambda path: write_timeseries(path, energy, weather, system, power if wanted else None),
+        "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
     }
     if energy.series is not None:
-        tables["series.csv"] = partial(write_series, transfer=transfer, energy=energy)
+        tables["series.csv"] = lambda path: write_series(path, transfer, energy)
     for number, (name, write) in enumerate(tables.items()):
         progress("writing tables", number, len(tables), "files")
         write(folder / name)

@@ -58,9 +58,9 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     if ground is not None:
         attributes = {"POSITION": buffer.place(ground.corners - middle)}
         primitives.append({"attributes": attributes, "indices": index(buffer, ground), "material": 1})
-    properties = {name: store_column(buffer, values) for name, values in columns.items()}
+    schema, properties = tabulate(buffer, columns, {name: names for name, names in enums.items() if name in columns})
     metadata = {
-        "schema": describe_columns(columns, {name: names for name, names in enums.items() if name in columns}),
+        "schema": schema,
         "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
     }
     east, north, up = (float(value) for value in middle)
@@ -94,34 +94,28 @@ def colour_features(columns, level):
     return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
 
 
-def store_column(buffer, values):
-    """Property of the table: its views."""
-    if values.dtype.kind == "O":
-        texts = [text.encode("utf-8", "replace") for text in values]
-        offsets = np.cumsum([0, *map(len, texts)]).astype("<u4")
-        # A view may not be empty.
-        view = buffer.add(b"".join(texts) or b"\0")
-        return {"values": view, "stringOffsets": buffer.add(offsets.tobytes()), "stringOffsetType": "UINT32"}
-    if values.dtype.kind == "f":
-        values = np.where(np.isfinite(values), values, values.dtype.type(MISSING_VALUE))
-    return {"values": buffer.add(values.astype(values.dtype.newbyteorder("<")).tobytes())}
-
-
-def describe_columns(columns, enums):
-    """Schema of the property table: dict."""
-    found = {}
+def tabulate(buffer, columns, enums):
+    """Schema of the property table, and its properties: the views of each column."""
+    classes, properties = {}, {}
     for name, values in columns.items():
         if values.dtype.kind == "O":
-            found[name] = {"type": "STRING"}
-        elif name in enums:
-            found[name] = {"type": "ENUM", "enumType": name}
+            texts = [text.encode("utf-8", "replace") for text in values]
+            offsets = np.cumsum([0, *map(len, texts)]).astype("<u4")
+            classes[name] = {"type": "STRING"}
+            # A view may not be empty.
+            properties[name] = {"values": buffer.add(b"".join(texts) or b"\0")}
+            properties[name] |= {"stringOffsets": buffer.add(offsets.tobytes()), "stringOffsetType": "UINT32"}
         else:
-            found[name] = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
-            found[name] |= {"noData": MISSING_VALUE} if values.dtype.kind == "f" else {}
+            kind = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
+            if values.dtype.kind == "f":
+                kind["noData"] = MISSING_VALUE
+            known = np.where(np.isfinite(values), values, values.dtype.type(kind.get("noData", 0)))
+            classes[name] = {"type": "ENUM", "enumType": name} if name in enums else kind
+            properties[name] = {"values": buffer.add(known.astype(values.dtype.newbyteorder("<")).tobytes())}
         words = WORDS.get(name.partition("_")[0] if name.startswith("month_") else name)
-        found[name] |= {"description": words} if words else {}
+        classes[name] |= {"description": words} if words else {}
     named = {
         name: {"valueType": "UINT8", "values": [{"name": text, "value": k} for k, text in enumerate(names)]}
         for name, names in enums.items()
     }
-    return {"id": "citypv", "classes": {"surface": {"properties": found}}, "enums": named}
+    return {"id": "citypv", "classes": {"surface": {"properties": classes}}, "enums": named}, properties

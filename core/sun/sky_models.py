@@ -99,11 +99,6 @@ def sources_of(model):
     return (HORIZON,) if model == "perez" else ()
 
 
-def name_untraced(model, names):
-    """Traced parts that a model of the sky has beside those of some names, in words; "" without any: str."""
-    return " and ".join(source.title for source in sources_of(model) if source.name not in names)
-
-
 def model_traced(names):
     """Model of the sky whose parts were traced, from their names: str."""
     return "perez" if HORIZON.name in names else "isotropic"

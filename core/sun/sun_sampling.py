@@ -164,41 +164,21 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
         raise InputError("suns", problem, "trace again for this year and place")
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
-    found, share = match_directions(suns, direction, solar_days(times, interval, longitude)[0][up])
+    day, name = solar_days(times, interval, longitude)[0][up], suns.sampling.partition(":")[0]
+    if name == "sky-grid":
+        found, share = match_triangles(triangulate_sky(suns), direction)
+    elif name == "days":
+        found, share = match_days_of_year(suns, direction, day)
+    else:
+        near = KDTree(suns.direction).query(direction)[1]
+        if name == "typical-days":  # whose lowest suns stand too high for those that are never traced
+            high = direction[:, 2] >= np.sin(np.radians(MINIMUM_ELEVATION))
+            near[high] = match_typical_days(suns, direction[high], day[high])
+        found, share = near[:, None], np.ones((len(near), 1))
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[up], weight[up] = found, share
     return SunMatch(index, weight)
-
-
-def match_directions(suns, direction, day):
-    """Which traced suns represent some suns.
-
-    Parameters
-    ----------
-    suns : Suns
-        As traced.
-    direction : numpy.ndarray, (t, 3)
-        Towards the sun of each interval.
-    day : numpy.ndarray, (t,) int
-        Its day of local solar time.
-
-    Returns
-    -------
-    index : numpy.ndarray, (t, k) int
-    weight : numpy.ndarray, (t, k)
-        Rows sum to 1.
-    """
-    name = suns.sampling.partition(":")[0]
-    if name == "sky-grid":
-        return match_triangles(triangulate_sky(suns), direction)
-    if name == "days":
-        return match_days_of_year(suns, direction, day)
-    near = KDTree(suns.direction).query(direction)[1]
-    if name == "typical-days":  # whose lowest suns stand too high for those that are never traced
-        high = direction[:, 2] >= np.sin(np.radians(MINIMUM_ELEVATION))
-        near[high] = match_typical_days(suns, direction[high], day[high])
-    return near[:, None], np.ones((len(near), 1))
 
 
 def values_at(values, index, weight):

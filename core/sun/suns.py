@@ -97,24 +97,19 @@ def progressive_order(suns):
         walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
         order = pd.unique(np.append(KDTree(suns.direction).query(walk)[1], np.arange(len(suns))))
     else:
-        order = order_days(suns)
+        _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
+        if suns.sampling.startswith("days:"):
+            place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
+        else:
+            place, share = np.bincount(number, suns.direction[:, 1]) / length, np.bincount(number, suns.weight)
+        line = np.argsort(place, kind="stable")
+        end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
+        steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
+        visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
+        rank = np.empty(len(line), int)
+        rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
+        order = np.argsort(rank[number], kind="stable")
     return replace(suns, **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")})
-
-
-def order_days(suns):
-    """Order of suns by days, the days in golden-ratio steps: (s,) int."""
-    _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
-    if suns.sampling.startswith("days:"):
-        place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
-    else:
-        place, share = np.bincount(number, suns.direction[:, 1]) / length, np.bincount(number, suns.weight)
-    line = np.argsort(place, kind="stable")
-    end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
-    steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
-    visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
-    rank = np.empty(len(line), int)
-    rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
-    return np.argsort(rank[number], kind="stable")
 
 
 def end_of_days(suns):

@@ -8,7 +8,7 @@ import numpy as np
 from ..city.classify import PAPER
 from ..city.scene import Site, Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..energy.check_inputs import check_transfer
+from ..energy.check_inputs import check_sky, check_transfer
 from ..energy.counted_area import classify_again, find_counted_area, find_groups
 from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, take_block
@@ -17,7 +17,7 @@ from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
-from ..sun.sky_models import model_traced, name_untraced, sources_of
+from ..sun.sky_models import model_traced, sources_of
 from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
 
@@ -70,10 +70,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     """
     check_portable(source, transfer)
     check_transfer(transfer)
+    check_sky(transfer, sky_model, source)
     sources = sources_of(sky_model)
-    if missing := name_untraced(sky_model, transfer.sources):
-        problem = f"was traced without the light of {missing}, which --sky {sky_model} needs"
-        raise InputError(source, problem, "trace it again, or give --sky isotropic")
     system, transfer = replace(system, sectors=PAPER), classify_again(transfer, PAPER)
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)

@@ -66,7 +66,7 @@ def compare_with_before(stage, city, ground):
     errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
     write_surface_values(city, ground, CHANGE_ERROR, errors)
     buildings = sum_buildings(table)
-    sums = sum_states(table, buildings)
+    sums = sum_states(buildings)
     tables = {
         "sums": [tell_change(name, one) for name, one in sums.items() if one["buildings"]],
         "buildings": [tell_change(row["building_id"], row) for row in buildings.to_dict("records")],

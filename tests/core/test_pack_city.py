@@ -160,10 +160,10 @@ def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
 
 
 @pytest.fixture
-def compose(monkeypatch):
+def compose(monkeypatch, tmp_path):
     """The page of some results, without its other parts."""
     monkeypatch.setattr(write_report, "compose_body", lambda results, city: city)
-    return write_report.compose_page
+    return lambda results: write_report.write_report(tmp_path, results).read_text("utf-8")
 
 
 def test_a_city_that_is_too_large_says_so(compose, monkeypatch):

@@ -17,8 +17,8 @@ from small_city import FAST, write_small_city
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
-from citypv.core.results.describe_run import describe_poor_years, describe_weather_error
-from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
+from citypv.core.results.describe_run import describe_poor_years, summarise_errors
+from citypv.core.results.draw_results import draw_histograms, draw_periods
 from citypv.core.results.draw_sun_path import day_path, draw_sun_path, hour_curves
 from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
 from citypv.core.results.transfer_file import read_transfer, write_transfer
@@ -112,10 +112,10 @@ def test_the_tables_are_those_of_the_files(folder, page):
     )
 
 
-@pytest.mark.parametrize(("draw", "period", "shift"), [(draw_months, "month", 0), (draw_day, "solar_hour", 0.5)])
-def test_the_lines_are_those_of_groups_csv(folder, results, draw, period, shift):
+@pytest.mark.parametrize(("period", "shift"), [("month", 0), ("solar_hour", 0.5)])
+def test_the_lines_are_those_of_groups_csv(folder, results, period, shift):
     groups = pd.read_csv(folder / "groups.csv")
-    panels = draw(results.groups).axes
+    panels = draw_periods(results.groups, period).axes
     assert [axes.get_title() for axes in panels] == ["Facades", "Pitched roofs"]
     for axes, kind in zip(panels, ("facade", "roof"), strict=True):
         own = groups[(groups["kind"] == kind) & (groups["period"] == period)]
@@ -285,7 +285,7 @@ def test_the_lead_tells_the_error_of_the_weather(folder, page):
     rms, mean = ([float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     summary["weather"] |= {"label": "climatology", "years": 10.0}
-    told = describe_weather_error(summary)
+    told = summarise_errors(summary)
     assert f"{min(rms):.0f} % (north)" in told and f"{max(rms):.0f} % (east)" in told
     assert f"{min(mean):.0f} to {max(mean):.0f} % too high" in told
     summary["totals"] |= {"p50_mwh_per_year": 12.0, "p90_mwh_per_year": 10.0}
