@@ -18,6 +18,13 @@ def run(*steps, **settings):
     return here()
 
 
+def refuse(step, words, **options):
+    """A step must fail with an error of one line in which a pattern is found."""
+    with pytest.raises(RuntimeError, match=words) as told:
+        getattr(bpy.ops.citypv, step)(**options)
+    assert len(str(told.value).strip().splitlines()) == 1
+
+
 def here():
     """The city that the panel works on."""
     return find_city(bpy.context.scene)[0]

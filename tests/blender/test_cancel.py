@@ -29,15 +29,10 @@ def cancel_at(stage, share):
     return progress
 
 
-def trace_until(monkeypatch, addon, city_file, stage, share):
-    run("import_city", "classify", city_path=str(city_file), samples=64)
-    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
-    addon.suns, addon.typical_days = "typical-days", 6
-    monkeypatch.setattr(run_step, "silent", cancel_at(stage, share))
-
-
 def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
-    trace_until(monkeypatch, addon, city_file, "suns", 0.5)
+    run("import_city", "classify", city_path=str(city_file), samples=64, suns="typical-days", typical_days=6)
+    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
+    monkeypatch.setattr(run_step, "silent", cancel_at("suns", 0.5))
     city = run("trace")
     transfer = find_session(city).transfer
     kept, count = transfer.record.interrupted["suns_traced"], transfer.record.interrupted["of"]
@@ -149,12 +144,7 @@ def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monke
     """An earlier city stays as it was, with its session."""
     earlier = run("import_city", city_path=str(row_file))
     seen, session = stand(), find_session(earlier)
-
-    def cancel(now, done, total, unit):
-        if now == stage:
-            raise CancelledError
-
-    monkeypatch.setattr(run_step, "silent", cancel)
+    monkeypatch.setattr(run_step, "silent", cancel_at(stage, 0))
     addon.city_path = str(city_file)
     with pytest.raises(RuntimeError, match="CancelledError"):
         bpy.ops.citypv.import_city()

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from steps import add_box, here, run, session_here
+from steps import add_box, here, refuse, run, session_here
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import volume_of_crowns
@@ -53,8 +53,7 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
 def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
     run("take_meshes")
-    with pytest.raises(RuntimeError, match="its location on Earth is unknown; enable Own location"):
-        bpy.ops.citypv.classify()
+    refuse("classify", "its location on Earth is unknown; enable Own location")
     city = run("classify", "trace", "energy", days=2, samples=64, own_place=True, latitude=48.0, longitude=11.0)
     assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
 
@@ -153,8 +152,7 @@ def test_meshes_are_taken_from_edit_mode_as_they_are_edited(addon):
 
 
 def test_nothing_to_take_says_what_to_do(addon):
-    with pytest.raises(RuntimeError, match="Select meshes, or choose a collection"):
-        bpy.ops.citypv.take_meshes()
+    refuse("take_meshes", "Select meshes, or choose a collection")
 
 
 def test_marked_meshes_are_trees(addon):

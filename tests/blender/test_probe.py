@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from steps import run
+from steps import refuse, run
 
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.result.probe_faces import read_charts
@@ -59,10 +59,7 @@ def test_a_building_is_the_sum_of_its_surfaces(city):
 
 def test_nothing_to_probe_says_what_to_do(city):
     bpy.ops.citypv.deselect()
-    with pytest.raises(RuntimeError, match="City: no faces are selected; select faces, or click on one"):
-        bpy.ops.citypv.probe()
-    with pytest.raises(RuntimeError, match="City: it has no face 100000; give 0 to"):
-        bpy.ops.citypv.probe(face=100000)
+    refuse("probe", "City: no faces are selected; select faces, or click on one")
+    refuse("probe", "City: it has no face 100000; give 0 to", face=100000)
     run("trace")
-    with pytest.raises(RuntimeError, match="Compute the energy first"):
-        bpy.ops.citypv.probe()
+    refuse("probe", "Compute the energy first")

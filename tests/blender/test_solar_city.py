@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from steps import here, run
+from steps import here, refuse, run
 
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.progress import CancelledError
@@ -49,6 +49,8 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     assert states(quick) == ["done"] * 4
     assert (quick.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
     assert "climatology" in city["citypv_weather"]
+    assert "facade south|3|" in " ".join(city["citypv_groups"])
+    assert bpy.context.scene.view_settings.view_transform == "Standard"
     # Totals are sums of all kinds.
     totals, energy = totals_of(city), find_session(city).energy
     (kwp, mwh, mean), *kinds = totals.values()
@@ -114,8 +116,7 @@ def test_files_can_be_dropped(addon):
 
 def test_materials_need_an_imported_city(quick, city_file):
     quick.albedo_source = "materials"
-    with pytest.raises(RuntimeError, match="Albedo: the faces have no materials before the city is imported"):
-        bpy.ops.citypv.solar_city(filepath=str(city_file))
+    refuse("solar_city", "Albedo: the faces have no materials before the city is imported", filepath=str(city_file))
     assert find_city(bpy.context.scene) == (None, None)
 
 
@@ -124,21 +125,16 @@ def test_materials_need_an_imported_city(quick, city_file):
 BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_light")
 
 
-def stand_in(found):
-    """An object with the bodies of the operator, which only Blender can make."""
-    made = type("Stand", (Step,), {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"})()
-    made._found, made._shown, made.told = found, [], []
-    made.report = lambda level, text: made.told.append((level, text))
-    return made
-
-
 @pytest.fixture
 def watched(addon, city_file):
     """A step as a button starts it: the stand-in, and what its work is given."""
     addon.city_path = str(city_file)
     request = read_settings(addon)
-    found = SimpleQueue()
-    return stand_in(found), ([str(city_file)], request, settings_of_look(request), found)
+    # The bodies of the operator, which only Blender can make.
+    step = type("Stand", (Step,), {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"})()
+    step._found, step._shown, step.told = SimpleQueue(), [], []
+    step.report = lambda level, text: step.told.append((level, text))
+    return step, ([str(city_file)], request, settings_of_look(request), step._found)
 
 
 def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_script(watched, addon):
