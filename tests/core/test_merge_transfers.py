@@ -65,6 +65,8 @@ def test_merged_rounds_are_averages_and_stated_errors_fall():
     assert four.diffuse_relative == pytest.approx(mean, rel=1e-12)
     mean = np.mean([traced(0, index).visible_share for index in range(ROUNDS)], axis=0)
     assert four.visible_share == pytest.approx(mean, abs=1e-6)
+    mean = np.mean([traced(0, index).sources["horizon"].relative for index in range(ROUNDS)], axis=0)
+    assert four.sources["horizon"].relative == pytest.approx(mean, rel=1e-12)
     assert np.array_equal(one.visible_share, traced(0, 0).visible_share)  # not overwritten
     parts, points = four.error_parts, [traced(0, index).error_parts.direct_points for index in range(ROUNDS)]
     assert parts.diffuse_passed_on.shape[1] == 4 * ROUNDS
@@ -73,6 +75,7 @@ def test_merged_rounds_are_averages_and_stated_errors_fall():
     assert np.isfinite(stated).all()
     assert four.record.rounds == ROUNDS
     assert four.record.hemisphere_rays == ROUNDS * one.record.hemisphere_rays
+    assert four.record.source_rays["horizon"] == ROUNDS * one.record.source_rays["horizon"] > 0
     assert four.record.degrees_of_freedom["diffuse"] == ROUNDS * 3
 
 

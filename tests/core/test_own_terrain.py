@@ -31,6 +31,11 @@ def around(count=400, low=-25.0, high=55.0):
     return np.column_stack([x, y])[~inside]
 
 
+def interpolate(points, places):
+    """Heights of the same triangulation by SciPy."""
+    return LinearNDInterpolator(Delaunay(points[:, :2]), points[:, 2])(places)
+
+
 def same_scene(one, other):
     return np.array_equal(one.vertices, other.vertices) and np.array_equal(one.triangles, other.triangles)
 
@@ -45,8 +50,7 @@ def test_relief_of_a_citygml_file_is_its_ground(tmp_path, version):
     assert city.report.notes == []
     assert len(only(city).triangles) == len(triangles)
     places = around()
-    # The same triangulation, interpolated by SciPy.
-    expected = LinearNDInterpolator(Delaunay(points[:, :2]), points[:, 2])(places)
+    expected = interpolate(points, places)
     assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-6)
     scene = build_scene(city)
     assert told(scene, f"Ground: terrain of the file: {len(triangles):,} triangles.")
@@ -146,7 +150,7 @@ def test_relief_in_another_system(tmp_path, where):
     given = {where: code if where == "srs_name" else bounds}
     city = read_city(write_gml(tmp_path / "city.gml", relief(there, triangles, move=np.zeros(3), **given), HOUSES))
     assert city.crs == "EPSG:25833"
-    expected = LinearNDInterpolator(Delaunay(points[:, :2]), points[:, 2])(around())
+    expected = interpolate(points, around())
     assert measure_heights(city.terrain, around() + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-4)
 
 
@@ -171,7 +175,7 @@ def test_relief_in_degrees(tmp_path):
     assert told(scene, "Ground: terrain of the file")
     # Houses and relief keep their places to each other: corners of house a are at known heights of the relief.
     corner = city.rings(city.surface_id.index("a_ground"))[0]
-    expected = LinearNDInterpolator(Delaunay(points[:, :2]), points[:, 2])([[0, 0], [0, 10], [12, 10], [12, 0]])
+    expected = interpolate(points, [[0, 0], [0, 10], [12, 10], [12, 0]])
     assert np.sort(measure_heights(city.terrain, corner[:, :2]) - UP) == pytest.approx(np.sort(expected), abs=1e-3)
 
 
@@ -181,10 +185,7 @@ def test_the_finest_level_of_detail_counts(tmp_path):
     city = read_city(write_gml(tmp_path / "city.gml", *members))
     assert [len(layer.triangles) for layer in city.terrain.layers] == [len(fine[1]), len(coarse[1])]
     places = np.array([[5.0, -2.0], [-100.0, 20.0]])
-    expected = [
-        LinearNDInterpolator(Delaunay(points[:, :2]), points[:, 2])(place)[0]
-        for (points, _), place in zip((fine, coarse), places, strict=True)
-    ]
+    expected = [interpolate(points, place)[0] for (points, _), place in zip((fine, coarse), places, strict=True)]
     assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-6)
 
 

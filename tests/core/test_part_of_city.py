@@ -41,10 +41,6 @@ def traced(few, suns, part):
     return trace_hybrid(few.scene, suns, REQUEST, silent, prepared=prepared)
 
 
-def whole(scene, prepared):
-    return PartOfCity(scene, prepared, np.arange(len(prepared.patches)), np.arange(len(scene.surfaces)))
-
-
 def choose_part(scene, prepared, buildings, ground=True):
     """Patches of some buildings and half of the ground, if any; and the surfaces of these."""
     own = prepared.scene.triangle_surface
@@ -60,7 +56,8 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
     few = keep_patches(scene, prepared, part, STAND_INS)
     assert len(few.prepared.patches) <= part.sum() + 2 * STAND_INS + BACKS < len(part)
     found, own = traced(few, suns, part), counted[few.surfaces]
-    expected = traced(whole(scene, prepared), suns, part)
+    whole = PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
+    expected = traced(whole, suns, part)
     assert expected.covered_share[scene.surfaces.surface_id.index("c_south")] == pytest.approx(0.5, abs=0.05) or ground
     assert counted.sum() > 3 and expected.direct_reflected[counted].max() > 0.01
     for name in ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share"):

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cities import box, make_city
+from cities import make_city
 from test_citygml_errors import assert_refused
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.classify import measure_tilt
-from citypv.core.city.orient_shells import orient_shells, turn_over
+from citypv.core.city.orient_shells import orient_shells
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.parse_obj import parse_obj
 from citypv.core.read.read_city import read_city
@@ -179,18 +179,6 @@ def test_scattered_parts_are_buildings_and_what_stands_on_one_belongs_to_it(tmp_
     assert city.building_id == ["part_1"] * 6 + ["part_2"] * 6 + ["part_1"] * 6
 
 
-def test_a_sheet_follows_its_larger_part():
-    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    row = [("a", "", [[(x + k, y, 0) for x, y, _ in square]]) for k in range(6)]
-    row[2] = ("a", "", [row[2][2][0][::-1]])
-    city = make_city(row)
-    found = orient_shells(city.points, city.ring_start, city.polygon_start, np.zeros(6, np.int64))
-    assert np.flatnonzero(found.flip).tolist() == [2]
-    points = turn_over(city.points, city.ring_start, city.polygon_start, found.flip)
-    _, normal = measure_polygons(points, city.ring_start, city.polygon_start)
-    assert normal[:, 2] == pytest.approx(1.0)
-
-
 def test_a_band_without_an_outside_is_left_alone_and_named():
     angle = np.linspace(0, np.pi, 13)[:-1]
     places = [(np.cos(2 * a), np.sin(2 * a), np.cos(a), np.sin(a)) for a in angle]
@@ -201,14 +189,6 @@ def test_a_band_without_an_outside_is_left_alone_and_named():
     found = orient_shells(city.points, city.ring_start, city.polygon_start, np.zeros(12, np.int64))
     assert not found.flip.any()
     assert found.doubtful.all()
-
-
-def test_two_touching_buildings_do_not_turn_each_other():
-    city = make_city([*box("a", 0, 0, 10, 10, 0, 10), *box("b", 10, 0, 10, 10, 0, 10)])
-    building = np.repeat([0, 1], 6)
-    found = orient_shells(city.points, city.ring_start, city.polygon_start, building)
-    assert not found.flip.any()
-    assert found.watertight.all()
 
 
 REFUSED = {

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from citygml_text import members, polygon, wrap
 from cityjson_text import CUBE, house, instance, model, read, solid
 from small_city import write_gml
 
@@ -24,14 +25,8 @@ HEAD = (
 )
 
 
-def polygon(points):
-    numbers = " ".join(f"{value}" for point in [*points, points[0]] for value in point)
-    ring = f"<gml:LinearRing><gml:posList>{numbers}</gml:posList></gml:LinearRing>"
-    return f"<gml:surfaceMember><gml:Polygon><gml:exterior>{ring}</gml:exterior></gml:Polygon></gml:surfaceMember>"
-
-
 def surfaces(*faces):
-    return f"<gml:MultiSurface>{''.join(map(polygon, faces))}</gml:MultiSurface>"
+    return wrap(members(*(polygon("", face) for face in faces)), "gml:MultiSurface")
 
 
 ROOF = [(390000, 5810000, 3), (390010, 5810000, 3), (390010, 5810010, 3), (390000, 5810010, 3)]

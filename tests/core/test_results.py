@@ -132,6 +132,10 @@ def assert_same(one, other):
     if isinstance(one, np.ndarray):
         np.testing.assert_array_equal(one, other)
         assert one.dtype.kind == other.dtype.kind and (one.dtype.kind != "f" or one.dtype == other.dtype)
+    elif isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for name in one:
+            assert_same(one[name], other[name])
     elif hasattr(one, "__dataclass_fields__"):
         for name in one.__dataclass_fields__:
             assert_same(getattr(one, name), getattr(other, name))
@@ -171,11 +175,15 @@ def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
 
 @pytest.fixture(scope="module")
 def kept_again(tmp_path_factory):
-    """The same light, written as now: its file, and what stands there."""
+    """The same light, written as now, to the last bit: its file, and what stands there."""
     old, new = (tmp_path_factory.mktemp("again") / name for name in ("old.nc", "new.nc"))
     old.write_bytes(gzip.decompress(KEPT.read_bytes()))
-    write_transfer(new, read_transfer(old))
-    return new, read_transfer(new)
+    before = read_transfer(old)
+    write_transfer(new, before)
+    again = read_transfer(new)
+    assert_same(replace(before, notes=again.notes), again)
+    assert again.error_parts and again.bare.error_parts and again.sources["horizon"].standard_error.any()
+    return new, again
 
 
 def test_all_that_is_written_has_a_checksum(kept_again):

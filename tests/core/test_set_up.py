@@ -13,13 +13,17 @@ ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="make and apt are not for Windows")
 
 
-@pytest.fixture
-def tool():
-    """tools/set_up.py, loaded anew."""
-    spec = importlib.util.spec_from_file_location("set_up", ROOT / "tools/set_up.py")
+def load_tool(name):
+    """A module of tools, loaded anew."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / f"tools/{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def tool():
+    return load_tool("set_up")
 
 
 @pytest.fixture
@@ -106,17 +110,7 @@ def test_make_without_any_python_is_one_line(tmp_path):
 
 
 # -- wheels of the extension: large tests of packages are left out of the archive and of its list, nothing else --
-
-PATH = Path(__file__).parents[2] / "tools/slim_wheel.py"
 RECORD = "toy-1.0.dist-info/RECORD"
-
-
-@pytest.fixture
-def copy_wheel():
-    spec = importlib.util.spec_from_file_location("slim_wheel", PATH)
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    return tool.copy_wheel
 
 
 def make_wheel(folder, weight):
@@ -136,10 +130,10 @@ def make_wheel(folder, weight):
     return path, files
 
 
-def test_large_tests_are_left_out_of_archive_and_list(tmp_path, copy_wheel):
+def test_large_tests_are_left_out_of_archive_and_list(tmp_path):
     path, files = make_wheel(tmp_path, 600_000)
     (tmp_path / "out").mkdir()
-    copy_wheel(path, tmp_path / "out")
+    load_tool("slim_wheel").copy_wheel(path, tmp_path / "out")
     kept = ["toy/__init__.py", "toy/testing.py", RECORD]
     with zipfile.ZipFile(tmp_path / "out" / path.name) as slim:
         assert slim.testzip() is None

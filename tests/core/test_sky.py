@@ -9,19 +9,16 @@ import pytest
 from planes import ALBEDO, DC, light_on_plane
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
 from thorough import THOROUGH
-from transfers import merge_all
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
 from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon_band import HEIGHT, HORIZON
+from citypv.core.sun.horizon_band import HEIGHT
 from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
@@ -168,24 +165,6 @@ def test_photons_of_the_horizon_on_an_open_plane(tilt):
     assert_mean(forward.sources["horizon"].relative, error, np.sin(np.radians(tilt)))
 
 
-def test_the_band_is_weighed_like_a_line_at_the_horizon():
-    """Uniform azimuths and elevations times n · d: ½ ∫ of it over the band is sin(tilt)."""
-    rng = np.random.default_rng(1)
-    azimuth, elevation = rng.uniform(0, 2 * np.pi, 400_000), rng.uniform(0, HEIGHT, 400_000)
-    directions = np.stack([np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation)])
-    for tilt in (10, 50, 90, 110):
-        up = np.radians(tilt)
-        normal = np.array([[np.sin(up), 0.0, np.cos(up)]])
-        met = np.maximum(normal @ directions, 0)[0]
-        front = met > 0
-        weight = HORIZON.weigh(np.repeat(normal, front.sum(), axis=0), directions[:, front].T)
-        light = np.zeros(len(met))
-        light[front] = np.pi * weight * met[front] / np.cos(elevation[front])
-        assert light.mean() == pytest.approx(np.sin(up), rel=0.01)
-        towards = HORIZON.sample(normal.astype(np.float32), *rng.random((2, 1, 1000), np.float32))
-        assert (towards @ normal[0] > -1e-6).all() and (towards[..., 2] >= 0).all()
-
-
 def test_stated_errors_of_the_horizon_hold():
     """Twelve seeds: the spread of a wall's horizon is what is stated, within a factor that chance allows."""
     scene, wall, _ = street(4)
@@ -206,20 +185,6 @@ def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
     tilt[2] = 30.0 if any(eligible) else 1.0
     surfaces = SimpleNamespace(eligible=eligible, kind=kind, surface_tilt=tilt)
     assert surfaces_that_count(surfaces).tolist() == counted
-
-
-def test_the_horizon_goes_through_files_and_rounds(tmp_path):
-    scene, request = open_plane(35, 200), Request(sky="perez", effects={"sky-rays": True})
-    suns = suns_towards([[0.3, 0.2, 1.0]])
-    merged = merge_all([trace_gather(scene, suns, replace(request, seed=seed), silent) for seed in (0, 1)])
-    assert merged.record.source_rays == {"horizon": 128}
-    write_transfer(tmp_path / "transfer.nc", merged)
-    again = read_transfer(tmp_path / "transfer.nc")
-    assert again.record.source_rays == merged.record.source_rays and list(again.sources) == ["horizon"]
-    for name, values in vars(merged.sources["horizon"]).items():
-        np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
-    write_transfer(tmp_path / "even.nc", replace(merged, sources={}))
-    assert read_transfer(tmp_path / "even.nc").sources == {}
 
 
 @pytest.mark.once

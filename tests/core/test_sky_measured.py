@@ -55,10 +55,6 @@ def test_hours_of_iso_52010():
 # -- light of the sky in the energy --
 
 
-def suns_of(weather, way="days:12"):
-    return choose_suns(way, *weather.axis)
-
-
 def horizon_of(transfer, share):
     """The horizon of unshaded surfaces, of which a share is visible."""
     view = share * np.sin(np.radians(transfer.surfaces.surface_tilt))
@@ -67,7 +63,7 @@ def horizon_of(transfer, share):
 
 def test_no_sky_is_darker_than_black(berlin):
     """Where little of the dome but all of the horizon is seen, a dark horizon takes no more than the dome gives."""
-    transfer = horizon_of(unshaded_transfer(suns_of(berlin), [90] * 3, [0, 90, 180], albedo=0), 1)
+    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90] * 3, [0, 90, 180], albedo=0), 1)
     for dome in (0.5, 0.05, 0.01, 0.0):
         little = replace(transfer, sky_view_factor=np.full(3, dome), diffuse_relative=np.full(3, dome))
         little.visible_share[:] = 0
@@ -79,17 +75,17 @@ def test_no_sky_is_darker_than_black(berlin):
 def test_few_and_many_surfaces_agree_under_perez(berlin):
     """pvlib itself and its tables: full load hours to 0.03 %, with the loss of diffuse light by incidence."""
     tilt, azimuth = np.repeat([90.0, 90.0, 30.0, 60.0], 150), np.tile(np.linspace(0, 359, 150), 4)
-    transfer = horizon_of(unshaded_transfer(suns_of(berlin), tilt, azimuth), 0.6)
+    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), tilt, azimuth), 0.6)
     system = build_system(Request(iam="physical", diffuse_iam=True))
     many = compute_energy(transfer, berlin, system, sky="perez")
-    few = unshaded_transfer(suns_of(berlin), tilt[::10], azimuth[::10])
+    few = unshaded_transfer(choose_suns("days:12", *berlin.axis), tilt[::10], azimuth[::10])
     few = compute_energy(horizon_of(few, 0.6), berlin, system, sky="perez")
     np.testing.assert_allclose(many.full_load_hours[::10], few.full_load_hours, rtol=3e-4)
     np.testing.assert_allclose(many.poa_global_annual[::10], few.poa_global_annual, rtol=1e-4)
 
 
 def test_annual_sums_are_those_of_the_hours(berlin):
-    transfer = horizon_of(unshaded_transfer(suns_of(berlin), [90, 30, 120], [180, 90, 0]), 0.5)
+    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 30, 120], [180, 90, 0]), 0.5)
     energy = compute_energy(transfer, berlin, series=[0, 1, 2], sky="perez")
     series = energy.series
     np.testing.assert_allclose((series.poa_direct + series.poa_diffuse).sum(axis=0) / 1000, energy.poa_global_annual)
@@ -98,7 +94,7 @@ def test_annual_sums_are_those_of_the_hours(berlin):
 
 
 def test_errors_of_the_horizon_are_carried_to_hours(berlin):
-    transfer = horizon_of(unshaded_transfer(suns_of(berlin), [90, 90], [180, 0]), 1)
+    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 90], [180, 0]), 1)
     plain = compute_energy(transfer, berlin, sky="perez")
     transfer.sources["horizon"].standard_error[:] = 0.05
     found = compute_energy(transfer, berlin, sky="perez")

@@ -19,13 +19,9 @@ TILT, AZIMUTH = [90, 90, 90, 90, 30, 0, 110], [180, 90, 270, 0, 200, 0, 150]
 LATITUDE, LONGITUDE = 52.51, 13.39
 
 
-def suns_of(weather, way):
-    return choose_suns(way, *weather.axis)
-
-
 @pytest.mark.parametrize("way", ["hourly", "days:24", "sky-grid:300"])
 def test_unshaded_surfaces_have_the_irradiance_of_pvlib(berlin, way):
-    transfer = unshaded_transfer(suns_of(berlin, way), TILT, AZIMUTH)
+    transfer = unshaded_transfer(choose_suns(way, *berlin.axis), TILT, AZIMUTH)
     times = month_hours(2017, LONGITUDE)
     relative, direction = relative_direct(transfer, times, HOUR, LATITUDE, LONGITUDE)
     sun = pvlib.solarposition.get_solarposition(times + HOUR / 2, LATITUDE, LONGITUDE)
@@ -41,7 +37,7 @@ def test_unshaded_surfaces_have_the_irradiance_of_pvlib(berlin, way):
 def test_shaded_surfaces_have_the_shares_of_their_skyline(berlin):
     # With a traced sun for every hour, the error is that of the nearest hour of the year: some degrees of a soft edge.
     horizons = Horizons(40)
-    transfer = horizons.transfer(suns_of(berlin, "hourly"))
+    transfer = horizons.transfer(choose_suns("hourly", *berlin.axis))
     relative, direction = relative_direct(transfer, month_hours(2017, LONGITUDE), HOUR, LATITUDE, LONGITUDE)
     lit = direction[:, 2] > np.sin(np.radians(2))
     height = np.maximum(direction[lit, 2:], 0)
@@ -78,7 +74,7 @@ def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
 
 
 def test_the_months_add_up_to_the_year(berlin):
-    transfer, system = unshaded_transfer(suns_of(berlin, "days:4"), TILT, AZIMUTH), dc_system()
+    transfer, system = unshaded_transfer(choose_suns("days:4", *berlin.axis), TILT, AZIMUTH), dc_system()
     energy = compute_energy(transfer, berlin, system)
     timeline = build_timeline(transfer, berlin, energy, system)
     whole = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)

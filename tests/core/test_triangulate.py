@@ -96,15 +96,6 @@ def assert_closed(triangles):
     assert {edge[::-1] for edge in directed} == directed
 
 
-def test_large_patches_change_nothing():
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
-    _, pieces, parent = refine_triangles(vertices, [[0, 1, 2]], 2.0)
-    assert pieces.tolist() == [[0, 1, 2]]
-    assert parent.tolist() == [0]
-    with pytest.raises(ValueError, match="above 0"):
-        refine_triangles(vertices, [[0, 1, 2]], 0.0)
-
-
 def test_turning_by_the_convergence_moves_grid_north_to_its_azimuth():
     north = turn_to_true_north(np.array([[0.0, 1.0, 5.0]]), 30.0)[0]
     assert np.degrees(np.arctan2(north[0], north[1])) == pytest.approx(30.0)  # clockwise from true north

@@ -1,6 +1,5 @@
 """Weather against sums counted elsewhere, closed relations, and every kind of bad input."""
 
-import gzip
 import json
 import re
 
@@ -70,8 +69,7 @@ def test_pvgis_csv_and_json_and_its_time_offset(tmp_path):
     assert abs((middle - pd.Timestamp("2021-01-01T00:00Z")).total_seconds() - 0.1761 * 3600) < 1
     assert_sun_fits(weather)
     # The same as json.
-    with gzip.open(PVGIS, "rt") as file:
-        lines = file.read().splitlines()
+    lines = lines_of(PVGIS)
     head = next(number for number, line in enumerate(lines) if line.startswith("time(UTC)"))
     names = lines[head].split(",")
     rows = [line.split(",") for line in lines[head + 1 : head + 1 + 8760]]
@@ -118,13 +116,6 @@ def test_csv_with_summer_time_offsets_and_quarter_hours(tmp_path):
     assert weather.interval == pd.Timedelta(minutes=15)
     assert weather.data.index[0] == pd.Timestamp("2021-01-01T00:00Z")
     assert len(weather.data) == 4 * 8760
-
-
-def test_small_negatives_are_rounding(tmp_path):
-    table = plain_table(year_of())
-    table.loc[table["ghi"] == 0, ["ghi", "dhi"]] = -0.4
-    weather = read_weather(write_table(tmp_path / "dark.csv", table), *BERLIN)
-    assert weather.data[["ghi", "dhi", "dni"]].min().min() == 0
 
 
 def test_files_that_are_no_weather(tmp_path):
@@ -219,15 +210,13 @@ def test_tables_with_faults(tmp_path):
 
 
 def test_epw_of_a_real_leap_year_without_its_leap_day(tmp_path):
-    with gzip.open(BARROW, "rt") as file:
-        lines = file.read().splitlines()
+    lines = lines_of(BARROW)
     rows = [",".join(["2012", *line.split(",")[1:]]) for line in lines[8:]]
-    path = tmp_path / "2012.epw"
-    path.write_text("\n".join(lines[:8] + rows) + "\n")
+    path = write_lines(tmp_path / "2012.epw", lines[:8] + rows)
     weather = read_weather(path, *BERLIN)
     assert annual_sums(weather)[0] == pytest.approx(713.4, abs=0.06)
     # A real year that is no leap year keeps its calendar.
-    path.write_text("\n".join(lines[:8] + [row.replace("2012", "2014", 1) for row in rows]) + "\n")
+    write_lines(path, lines[:8] + [row.replace("2012", "2014", 1) for row in rows])
     assert read_weather(path, *BERLIN).data.index[0] == pd.Timestamp("2014-01-01T09:00Z")
 
 

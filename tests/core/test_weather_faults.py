@@ -2,11 +2,10 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+from weathers import BARROW, DATA, HOUR, POTSDAM_2018, PVGIS
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
@@ -14,14 +13,12 @@ from citypv.core.weather.check_faults import check_diffuse, check_faults, check_
 from citypv.core.weather.read_weather import check_record, read_file, recognise_weather
 from citypv.core.weather.weather import change_record
 
-DATA = Path(__file__).parents[1] / "data" / "weather"
-HOUR = pd.Timedelta(hours=1)
 RECORDS = {
-    "New York": "USA_NY_New.York-CentralPark_TMY3.epw.gz",
-    "Potsdam": "Germany_Potsdam_2018_DWD.txt.gz",
-    "Santiago": "CHL_Santiago_TMYx.epw.gz",
-    "Utqiagvik": "USA_AK_Barrow_TMY3.epw.gz",
-    "Po valley": "pvgis_tmy_45.000_8.000_2005_2023.csv.gz",
+    "New York": DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz",
+    "Potsdam": POTSDAM_2018,
+    "Santiago": DATA / "CHL_Santiago_TMYx.epw.gz",
+    "Utqiagvik": BARROW,
+    "Po valley": PVGIS,
 }
 LIGHT = ["ghi", "dhi", "dni"]
 
@@ -29,10 +26,8 @@ LIGHT = ["ghi", "dhi", "dni"]
 @cache
 def read_record(name):
     """Record of a station with all three irradiances, as they belong together."""
-    path = DATA / RECORDS[name]
-    kind = recognise_weather(path)
-    place = (52.38, 13.06, 81.0)
-    record = read_file(path, kind, place, place if kind == "dwd" else None)
+    kind, place = recognise_weather(RECORDS[name]), (52.38, 13.06, 81.0)
+    record = read_file(RECORDS[name], kind, place, place if kind == "dwd" else None)
     data = add_sun(record, HOUR).data[[*LIGHT, "temp_air", "wind_speed", "pressure"]]
     return replace(record, data=data, columns={})
 

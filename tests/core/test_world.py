@@ -20,7 +20,7 @@ from citypv.core.sun.suns import interrupted_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
-from citypv.core.world.group_errors import add_mix, parse_mix
+from citypv.core.world.group_errors import parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
 from citypv.core.world.sources import (
     CLEAR,
@@ -39,11 +39,7 @@ from .weathers import BARROW, HOUR, PVGIS, year_of
 LAND = [(-54.8, -68.3), (-33.4, -70.6), (-15.0, -47.0), (0.2, 32.5), (13.5, 2.1), (24.0, 90.0), (36.2, -115.2)]
 LAND += [(52.5, 13.4), (66.5, 179.0), (71.3, -156.8)]
 CLOSE = 1e-4  # of full load hours: the tables' error
-
-
-@pytest.fixture(scope="module")
-def system():
-    return dc_system()
+SYSTEM = dc_system()
 
 
 @pytest.fixture(scope="module")
@@ -53,11 +49,11 @@ def skylines():
     return replace(transfer, sources={"horizon": SourceLight(view, view + 0.1 * rng.random(60), np.zeros(60))})
 
 
-def world_of(transfer, places, system, name="clear-sky", **settings):
+def world_of(transfer, places, name="clear-sky", **settings):
     request = Request(horizon_cut=settings.pop("horizon_cut", "measured"))
     source = model_source(places, name, request, settings.pop("off_land", "blank"))
-    environment = build_environment("town", "test", transfer, system, settings.get("sky", "isotropic"))
-    return compute_world([environment], source, system, threads=1, **settings)
+    environment = build_environment("town", "test", transfer, SYSTEM, settings.get("sky", "isotropic"))
+    return compute_world([environment], source, SYSTEM, threads=1, **settings)
 
 
 @pytest.mark.parametrize("count", [16, 673])
@@ -82,32 +78,32 @@ def test_each_direction_lies_in_its_triangle(count):
     ("place", "sky"),
     [((52.5, 13.4), "isotropic"), ((-33.4, -70.6), "perez"), ((9.0, 179.9), "isotropic"), ((71.3, -156.8), "perez")],
 )
-def test_a_place_is_what_yield_gives(skylines, system, place, sky):
-    world = world_of(skylines, Places(*np.array([place]).T), system, sky=sky)
+def test_a_place_is_what_yield_gives(skylines, place, sky):
+    world = world_of(skylines, Places(*np.array([place]).T), sky=sky)
     weather = read_weather("clear-sky", *place, float(pvlib.location.lookup_altitude(*place)))
-    energy = compute_energy(skylines, weather, system, threads=1, sky=sky)
+    energy = compute_energy(skylines, weather, SYSTEM, threads=1, sky=sky)
     assert world.groups == energy.groups
     expected = np.array(list(sum_periods(energy).values()))
     found = world.full_load_hours[0, 0].T
     np.testing.assert_allclose(found, expected, rtol=CLOSE, atol=1e-3)
 
 
-def test_stations_are_what_yield_gives(skylines, system):
+def test_stations_are_what_yield_gives(skylines):
     """Measured weather of the Arctic, with direct light below 2°, and a typical year."""
     weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
     source = station_source(weathers, ["barrow", "pvgis"])
-    environment = build_environment("town", "test", skylines, system)
-    world = compute_world([environment], source, system, threads=2)
+    environment = build_environment("town", "test", skylines, SYSTEM)
+    world = compute_world([environment], source, SYSTEM, threads=2)
     for row, weather in enumerate(weathers):
-        energy = compute_energy(skylines, weather, system, threads=1)
+        energy = compute_energy(skylines, weather, SYSTEM, threads=1)
         expected = energy.capacity_factor.sum(axis=0) / energy.years
         np.testing.assert_allclose(world.full_load_hours[row, 0, :, 0], expected, rtol=CLOSE)
 
 
-def test_unshaded_planes_are_pvlibs(system):
+def test_unshaded_planes_are_pvlibs():
     """Transposition, cell temperature and module by pvlib itself, at ten places from 55° S to 71° N."""
     transfer, places = unshaded_transfer(), Places(*np.array(LAND, float).T)
-    world = world_of(transfer, places, system, "climate")
+    world = world_of(transfer, places, "climate")
     assert (world.weather == CLIMATE).all()
     surfaces = transfer.surfaces
     for row, place in enumerate(LAND):
@@ -117,10 +113,10 @@ def test_unshaded_planes_are_pvlibs(system):
             assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
 
 
-def test_poles_and_date_line(system):
+def test_poles_and_date_line():
     """At the pole all facades get the same light within a day's drift; no sun in the polar night."""
     places = Places(np.array([90.0, 80.0, 20.0, 20.0]), np.array([0.0, 30.0, -180.0, 179.999]))
-    world = world_of(unshaded_transfer(), places, system)
+    world = world_of(unshaded_transfer(), places)
     hours = world.full_load_hours[:, 0]
     walls = hours[0, :4, 0]
     assert np.ptp(walls) / walls.mean() < 0.01
@@ -135,11 +131,11 @@ def test_poles_and_date_line(system):
     assert hours[2, 2, 37:].argmax() in (11, 12)
 
 
-def test_land_and_sea(system):
+def test_land_and_sea():
     """Off land the climate is blank, or the clear sky, and says which."""
     places = Places(np.array([45.0, 45.0]), np.array([8.0, -30.0]))
-    blank = world_of(unshaded_transfer(), places, system, "climate")
-    filled = world_of(unshaded_transfer(), places, system, "climate", off_land="clear-sky")
+    blank = world_of(unshaded_transfer(), places, "climate")
+    filled = world_of(unshaded_transfer(), places, "climate", off_land="clear-sky")
     assert blank.weather.tolist() == [CLIMATE, NOTHING]
     assert filled.weather.tolist() == [CLIMATE, CLEAR]
     assert np.isnan(blank.full_load_hours[1]).all()
@@ -148,41 +144,32 @@ def test_land_and_sea(system):
     assert "clear sky" in filled.label
 
 
-def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines, system):
+def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines):
     """At Greenwich nothing is shifted; over half the Earth the sun has moved on by half a day."""
     places = Places(np.full(3, 48.0), np.array([0.0, 97.5, -180.0]))
     exact, paper = (
-        world_of(skylines, places, system, way=way, horizon_cut="neglect").full_load_hours for way in ("exact", "paper")
+        world_of(skylines, places, way=way, horizon_cut="neglect").full_load_hours for way in ("exact", "paper")
     )
     np.testing.assert_allclose(paper[0], exact[0], rtol=CLOSE, atol=1e-3)
     error = paper[1:, 0, :, 0] / exact[1:, 0, :, 0] - 1
     assert 1e-6 < np.abs(error).max() < 0.02
 
 
-def test_mix_is_the_weighted_mean(skylines, system):
-    environments = [
-        build_environment(name, "test", transfer, system)
-        for name, transfer in (("town", skylines), ("unshaded", unshaded_transfer()))
-    ]
-    source = model_source(Places(np.array([30.0]), np.array([31.0])), "clear-sky", Request())
-    world = compute_world(environments, source, system, threads=1)
-    mixed = add_mix(world, parse_mix("town=0.75,unshaded=.25", world.environments))
-    town, unshaded, mix = mixed.full_load_hours[0]
-    np.testing.assert_allclose(mix, 0.75 * town + 0.25 * unshaded, rtol=1e-6)
+def test_weights_of_a_mix_that_mean_nothing():
     for text, words in (("town=1.5", "above 0"), ("city=1", "no environment"), ("town=.5", "add up to 0.5")):
         with pytest.raises(InputError, match=words):
-            parse_mix(text, world.environments)
+            parse_mix(text, ["town", "unshaded"])
 
 
-def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
+def test_days_with_the_sun_hardly_above_the_horizon_have_numbers():
     """70° N in January: an hour with the sun at 0.0001° and a clearness index of 3.7."""
     places = Places(np.array([70.0]), np.array([-125.0]))
-    assert np.isfinite(world_of(unshaded_transfer(), places, system, "climate").full_load_hours).all()
+    assert np.isfinite(world_of(unshaded_transfer(), places, "climate").full_load_hours).all()
 
 
-def test_merged_surfaces_keep_what_is_linear(skylines, system):
+def test_merged_surfaces_keep_what_is_linear(skylines):
     """Half of the surfaces: the same area and light of the sky, and hours within 2 %."""
-    environment = build_environment("town", "test", skylines, system, "perez")
+    environment = build_environment("town", "test", skylines, SYSTEM, "perez")
     assert environment.sources[0].any()
     merged = merge_surfaces(environment, len(environment.weight) // 2)
     assert len(merged.weight) == len(environment.weight) // 2
@@ -200,13 +187,13 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
         assert np.abs(direct[1] - direct[0]).mean() < 0.02 * direct[0].mean()
     source = model_source(Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request())
     whole, few = (
-        compute_world([one], source, system, threads=1, sky="perez").full_load_hours for one in (environment, merged)
+        compute_world([one], source, SYSTEM, threads=1, sky="perez").full_load_hours for one in (environment, merged)
     )
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
 
 
-def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
+def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
     days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
@@ -219,6 +206,6 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
         (flat, "no eligible"),
     ):
         with pytest.raises(InputError, match=words):
-            build_environment("town", "transfer.nc", transfer, system)
+            build_environment("town", "transfer.nc", transfer, SYSTEM)
     with pytest.raises(InputError, match="--sky isotropic"):
-        build_environment("town", "transfer.nc", whole, system, "perez")
+        build_environment("town", "transfer.nc", whole, SYSTEM, "perez")

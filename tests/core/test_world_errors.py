@@ -15,7 +15,7 @@ from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
-from citypv.core.world.group_errors import add_mix
+from citypv.core.world.group_errors import add_mix, parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
 from citypv.core.world.sources import station_source
 
@@ -26,11 +26,7 @@ COUNT = 60
 AS_YIELD = 0.02  # one ratio of hours to irradiance for each group, not for each surface
 DRAWS = 40
 NOISE = 0.004  # of relative irradiances
-
-
-@pytest.fixture(scope="module")
-def system():
-    return dc_system()
+SYSTEM = dc_system()
 
 
 @pytest.fixture(scope="module")
@@ -55,25 +51,25 @@ def town():
     )
 
 
-def world_at(environments, weathers, system, sky="isotropic"):
+def world_at(environments, weathers, sky="isotropic"):
     source = station_source(weathers, [str(number) for number in range(len(weathers))])
-    return compute_world(environments, source, system, threads=1, sky=sky)
+    return compute_world(environments, source, SYSTEM, threads=1, sky=sky)
 
 
-def world_of(transfer, weathers, system):
-    return world_at([build_environment("town", "test", transfer, system)], weathers, system)
+def world_of(transfer, weathers):
+    return world_at([build_environment("town", "test", transfer, SYSTEM)], weathers)
 
 
 @pytest.mark.parametrize("sky", ["isotropic", "perez"])
-def test_errors_are_those_of_yield(town, system, sky):
+def test_errors_are_those_of_yield(town, sky):
     """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to four fifths."""
     weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
     weathers.append(read_weather("clear-sky", 0.0, 10.0, 0.0))
-    environment = build_environment("town", "test", town, system, sky)
-    world = world_at([environment], weathers, system, sky)
-    merged = world_at([merge_surfaces(environment, COUNT // 2)], weathers, system, sky)
+    environment = build_environment("town", "test", town, SYSTEM, sky)
+    world = world_at([environment], weathers, sky)
+    merged = world_at([merge_surfaces(environment, COUNT // 2)], weathers, sky)
     for row, weather in enumerate(weathers):
-        energy = compute_energy(town, weather, system, threads=1, sky=sky)
+        energy = compute_energy(town, weather, SYSTEM, threads=1, sky=sky)
         assert world.groups == energy.groups
         np.testing.assert_allclose(world.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
         np.testing.assert_allclose(merged.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
@@ -82,7 +78,7 @@ def test_errors_are_those_of_yield(town, system, sky):
 
 
 @pytest.mark.once
-def test_errors_are_as_large_as_the_scatter(system):
+def test_errors_are_as_large_as_the_scatter():
     """Of the year and the gain: noise of known size in the reflected light of single surfaces, and in the
     visible sky, beside which rays meet faces of half its brightness.
     """
@@ -103,7 +99,7 @@ def test_errors_are_as_large_as_the_scatter(system):
             direct_reflected=plain.direct_reflected + direct.astype(np.float32),
         )
 
-    stated, draws = world_of(plain, weathers, system), [world_of(noisy(), weathers, system) for _ in range(DRAWS)]
+    stated, draws = world_of(plain, weathers), [world_of(noisy(), weathers) for _ in range(DRAWS)]
     annual = np.array([one.full_load_hours[:, 0, :, 0] for one in draws])
     gain = np.array([one.full_load_hours[:, 0, :, 0] / one.without_reflections[:, 0, :, 0] for one in draws])
     # Some 6 independent groups of 40 draws: 9 % of the variance; hours are proportional to light within 10 %.
@@ -114,7 +110,7 @@ def test_errors_are_as_large_as_the_scatter(system):
 
 
 @pytest.mark.once
-def test_months_are_as_uncertain_as_the_scatter(system):
+def test_months_are_as_uncertain_as_the_scatter():
     """Noise of known size, another in each direction of the grid: months have more of it than the year has."""
     plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(8)
     plain.direct_reflected += np.float32(0.6)
@@ -126,8 +122,8 @@ def test_months_are_as_uncertain_as_the_scatter(system):
         noise = NOISE * 20 * rng.normal(size=(COUNT, 400)).astype(np.float32)  # 20 = √400
         return replace(plain, direct_reflected=plain.direct_reflected + noise)
 
-    stated = world_of(plain, weathers, system).standard_error[:, 0]
-    found = np.array([world_of(noisy(), weathers, system).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)])
+    stated = world_of(plain, weathers).standard_error[:, 0]
+    found = np.array([world_of(noisy(), weathers).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)])
     ratio = found.var(axis=0, ddof=1) / stated**2
     year, months = (np.sqrt(part.mean(axis=(1, 2))) for part in (ratio[..., :1], ratio[..., 1:]))
     # The year's is that of the mean over the whole grid, of which a place meets a half or less: known to be low.
@@ -135,12 +131,15 @@ def test_months_are_as_uncertain_as_the_scatter(system):
     np.testing.assert_allclose(months / year, 1.0, atol=0.17)
 
 
-def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
+def test_a_mix_is_the_weighted_mean_of_independent_errors_and_closed_forms_have_none(town):
     environments = [
-        build_environment(name, "test", transfer, system)
+        build_environment(name, "test", transfer, SYSTEM)
         for name, transfer in (("town", town), ("unshaded", unshaded_transfer()))
     ]
-    world = add_mix(world_at(environments, [read_weather(PVGIS, 0.0, 0.0)], system), {"town": 0.25, "unshaded": 0.75})
+    plain = world_at(environments, [read_weather(PVGIS, 0.0, 0.0)])
+    world = add_mix(plain, parse_mix("town=0.25,unshaded=.75", plain.environments))
+    town_hours, unshaded, mix = world.full_load_hours[0]
+    np.testing.assert_allclose(mix, 0.25 * town_hours + 0.75 * unshaded, rtol=1e-6)
     town_error, unshaded, mix = world.standard_error[0]
     assert (unshaded == 0).all() and (town_error > 0).all()
     np.testing.assert_allclose(mix, 0.25 * town_error, rtol=1e-6)
@@ -150,9 +149,9 @@ def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
     np.testing.assert_allclose(mix, 0.25 * town_gain * plain[0] / plain[2], rtol=1e-5)
 
 
-def test_an_unknown_error_stays_unknown(town, system):
+def test_an_unknown_error_stays_unknown(town):
     unknown = replace(town, direct_annual_standard_error=np.full(COUNT, np.nan))
-    world = world_of(unknown, [read_weather(PVGIS, 0.0, 0.0)], system)
+    world = world_of(unknown, [read_weather(PVGIS, 0.0, 0.0)])
     assert np.isnan(world.standard_error).all() and np.isnan(world.gain_error).all()
     assert np.isfinite(world.full_load_hours).all()
 
