@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from closed import box
 from scenes import join, strip, suns_towards
 
+from citypv.core.commands.plain_scenes import box
 from citypv.core.settings.errors import InputError
 
 HOUSE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed import box
 from scenes import RUNS, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
 from towns import spun
+
+from citypv.core.commands.plain_scenes import box
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 PLAIN = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from closed import room
 from hypothesis import example, given, settings
 from scenes import RUNS, join, scene_of_triangles, suns_towards
 from test_forward_agrees import group_means
@@ -11,6 +10,7 @@ from test_laws import law as law_of_gather
 from thorough import draw_count
 
 from citypv.core.city.refine import refine_triangles
+from citypv.core.commands.plain_scenes import room
 from citypv.core.photons import trace_sources
 
 SCENES = draw_count(200, 12, 4)

@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from closed import box
 from scenes import run_gather, suns_towards
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town, moved
@@ -12,6 +11,7 @@ from towns import city_of_polygons, draw_town, moved
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.find_ground import find_ground
 from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.commands.plain_scenes import box
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request

@@ -1,10 +1,10 @@
 """Laws on random scenes: what must hold in any town, whatever it looks like."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed import box, lit_inside, room
 from hypothesis import given, settings
 from hypothesis import strategies as draw
 from scenes import join, run_gather, strip, suns_towards
@@ -12,6 +12,7 @@ from thorough import draw_count
 from towns import city_of_polygons, moved, turned
 
 from citypv.core.city.build_scene import build_scene
+from citypv.core.commands.plain_scenes import box, room
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
@@ -86,6 +87,15 @@ def test_energy(seed):
     assert hemisphere.covered_share.min() >= 0
     assert hemisphere.covered_share.max() <= 1
     assert np.isfinite(patches.offset).all()
+
+
+@contextmanager
+def lit_inside():
+    """As if light got into closed rooms, which else are covered all over: nothing is."""
+    find = trace_hemisphere.find_covered_cells
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trace_hemisphere, "find_covered_cells", lambda *given: np.zeros_like(find(*given)))
+        yield
 
 
 @law

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from closed import box
 from scenes import join, run_gather, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
+from citypv.core.commands.plain_scenes import box
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.request import Request
 
@@ -37,14 +37,6 @@ def same(one, other):
 
 
 FEW = ["--suns", "typical-days:4", "--samples", "16", "--shadow-samples", "4"]
-
-
-def start(city, out, *more, code="from citypv.core.commands.command_line import main; raise SystemExit(main())"):
-    """A process of its own, for what ends it."""
-    arguments = ["simulate", str(city), "--out", str(out), *FEW, *more]
-    return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
 
 
 def run(city, out, *more):
@@ -92,24 +84,6 @@ def test_twenty_runs_do_not_grow():
 @POSIX
 @pytest.mark.slow
 @pytest.mark.once
-def test_killed_in_the_middle(tmp_path):
-    """No signal handler can help against SIGKILL: the wanted folder is not there, and the same run goes well then."""
-    city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
-    process = start(city, out)
-    for line in process.stderr:
-        if "Electricity" in line:
-            process.send_signal(signal.SIGKILL)
-            break
-    process.communicate()
-    assert process.returncode == -signal.SIGKILL
-    assert not out.exists()
-    assert run(city, out) == 0
-    assert {path.name for path in out.iterdir()} == WHOLE
-
-
-@POSIX
-@pytest.mark.slow
-@pytest.mark.once
 def test_killed_while_results_are_replaced(tmp_path):
     """With --overwrite the summary goes first and comes last: where it stands, what is beside it belongs to it."""
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
@@ -122,9 +96,9 @@ def test_killed_while_results_are_replaced(tmp_path):
         "pathlib.Path.replace = stop\n"
         "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
-    process = start(city, out, "--quiet", "--overwrite", "--seed", "1", code=code)
-    process.communicate(timeout=120)
-    assert process.returncode == -signal.SIGKILL
+    arguments = ["simulate", str(city), "--out", str(out), *FEW, "--quiet", "--overwrite", "--seed", "1"]
+    killed = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120)
+    assert killed.returncode == -signal.SIGKILL
     assert not (out / "summary.json").exists()
     started = time.time()
     assert run(city, out, "--overwrite") == 0

@@ -1,12 +1,12 @@
 """Open shells: models have missing faces; no wall is brightened or blackened by them beyond what its own rays meet."""
 
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 import pytest
-from closed import box, room
 from scenes import join, run_gather, strip, suns_towards
+
+from citypv.core.commands.plain_scenes import box, room
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
@@ -80,22 +80,3 @@ def test_all_walls_inverted(whole):
     assert found.visible_share[wall] == pytest.approx(whole.visible_share[wall], abs=1e-6)
     assert (found.diffuse_relative[wall] <= whole.diffuse_relative[wall] + 1e-3).all()
     assert found.covered_share[wall].max() <= 0.25  # where the backs beside it fill most of what it sees
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_many_open_houses(seed):
-    """A block of houses, each with a random face missing: all lit walls keep the sky they see when nothing is missing,
-    up to what comes through the holes."""
-    generator = np.random.default_rng(seed)
-    places = [(x, y) for x in (-20, -6, 8) for y in (-20, -6, 8)]
-    houses = [box((x, y, 0), (x + 10, y + 10, generator.uniform(5, 15))) for x, y in places]
-    closed = trace([GROUND, *chain(*houses)], samples=1024)
-    gone = [48 + 12 * place + 2 * generator.integers(1, 6) + np.arange(2) for place in range(len(houses))]
-    found = trace([GROUND, *chain(*houses)], gone)
-    rows = np.setdiff1d(np.flatnonzero((closed.surfaces.kind == "facade") | (closed.surfaces.kind == "flat")), gone)
-    rows = rows[rows >= 48]
-    change = found.sky_view_factor[rows] - closed.sky_view_factor[rows]
-    assert np.abs(change).max() < 0.05
-    assert np.abs(change.mean()) < 0.01
-    assert found.covered_share[rows].max() < 0.5  # so reported where a wall stands before a hole as large as itself
-    assert found.visible_share[rows] == pytest.approx(closed.visible_share[rows], abs=1e-6)

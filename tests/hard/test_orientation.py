@@ -4,15 +4,15 @@ from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from own_rays import BACK, SKY, OwnRays
 from towns import SIDES, box
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.request import Request
+from citypv.core.study import read_buildings
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -167,7 +167,7 @@ def test_what_is_turned_does_not_depend_on_the_place(tmp_path):
 
 def test_as_drawn_leaves_all_as_drawn(tmp_path):
     path = write_obj(tmp_path / "city.obj", {"a": box((0, 0, 0), (9, 9, 9), inwards=SIDES), "b": valley()})
-    city = read_city([path], orient="as-drawn")
+    city = read_buildings([path], Request(orient="as-drawn"))
     assert turned(city) == []
     _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
     assert normal[SIDES.index("top"), 2] == -1
@@ -183,30 +183,6 @@ def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
     read_city([write_obj(tmp_path / "city.obj", {"a": valley(), "b": box((0, 0, 20), (9, 9, 29)), "c": bowl()})])
     with pytest.raises(AssertionError, match="a ray was cast"):
         read(tmp_path, box((0, 0, 0), (9, 9, 9), inwards=["top"]))
-
-
-def simulate(folder, path, *options):
-    settings = ["--latitude=52.5", "--longitude=13.4", "--ground=none", "--samples=256", "--suns=typical-days:4"]
-    assert main(["simulate", str(path), "--out", str(folder), "--quiet", *settings, *options]) == 0
-    return pd.read_csv(folder / "faces.csv")
-
-
-@pytest.mark.slow
-def test_facades_in_a_valley_keep_their_light_end_to_end(tmp_path):
-    """A house in a V-shaped valley with sides of 10 %: all rows as with --orient as-drawn, and a sheet turned down,
-    as the volume would have it, takes light from the facades."""
-    house = box((-5, -5, 0.6), (5, 5, 10.6))
-    path = write_obj(tmp_path / "valley.obj", {"ground": valley(200, 200), "house": house})
-    found = simulate(tmp_path / "auto", path)
-    assert found.equals(simulate(tmp_path / "drawn", path, "--orient", "as-drawn"))
-    upside_down = {"ground": [face[::-1] for face in valley(200, 200)], "house": house}
-    dark = simulate(tmp_path / "dark", write_obj(tmp_path / "dark.obj", upside_down), "--orient", "as-drawn")
-    walls, dark = found[found.kind == "facade"], dark[found.kind == "facade"]
-    assert len(walls) == 4
-    assert (dark.diffuse_relative < walls.diffuse_relative - 0.05).all()
-    # Half the sky, less what the sides of the valley hide (up to 5.7° all along), and a quarter of the rest.
-    assert walls.sky_view_factor.between(0.45, 0.5).all()
-    assert walls.diffuse_relative.between(0.55, 0.63).all()
 
 
 @pytest.mark.thorough

@@ -4,22 +4,16 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays
-from scenes import run_gather
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.progress import silent
-from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.climate import clear_sky
 
 DATA = Path(__file__).parents[1] / "data"
 FILES = {
@@ -130,36 +124,3 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     assert (lit - shares <= ERRORS * error + np.minimum(covered + 0.1 * (covered > 0), lit)).all()
     free = covered[:, 0] == 0
     assert shares[free].mean(axis=0) == pytest.approx(lit[free].mean(axis=0), abs=3e-3)
-
-
-@pytest.mark.parametrize("town", TOWNS)
-def test_the_whole_chain(town):
-    """Few samples, every number finite, every law kept; a warning would be an error here."""
-    scene = scene_of(town)
-    weather = add_sun(clear_sky(scene.site.latitude, scene.site.longitude, 0.0, 2021), pd.Timedelta(hours=1))
-    times = weather.data.index
-    suns = choose_suns("typical-days:2", times, weather.interval, scene.site.latitude, scene.site.longitude)
-    transfer = run_gather(scene, suns, samples=32, shadow_samples=4)
-    shares = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative")
-    for name in (*shares, "direct_reflected", "direct_annual_standard_error", "diffuse_relative_standard_error"):
-        values = getattr(transfer, name)
-        assert np.isfinite(values).all(), name
-        assert name not in shares or 0 <= values.min() <= values.max() <= 1.25, name  # a quarter is reflected at most
-    assert (transfer.sky_view_factor + transfer.far_ground_view_factor).max() <= 1 + 1e-6
-    energy = compute_energy(transfer, weather)
-    surfaces = transfer.surfaces
-    hours = energy.full_load_hours
-    electric = hours[~np.isin(surfaces.kind, ("ground", "downward"))]
-    assert np.isfinite(electric).all() and 0 <= electric.min() <= electric.max() < 2300
-
-    def mean(chosen):
-        return np.average(hours[chosen], weights=surfaces.area[chosen])
-
-    facade, covered = surfaces.kind == "facade", transfer.covered_share > 0.99
-    # Quarters: Manhattan's streets run 29° off north, and in the narrower sectors of 45° hardly a wall stands.
-    southward = np.cos(np.radians(surfaces.surface_azimuth - 180))
-    south, north = (facade & (side * southward > np.sqrt(0.5)) for side in (1, -1))
-    top = np.isin(surfaces.kind, ("flat", "roof"))
-    assert 50 < mean(north) < mean(south) < mean(top) < 2000
-    assert hours[facade & covered].max() < 100  # what is covered all over gets nothing, but for stray cells
-    assert 0.02 < np.average(covered[facade], weights=surfaces.area[facade]) < 0.5

@@ -12,7 +12,6 @@ from scenes import run_gather
 from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import choose_suns
@@ -80,16 +79,3 @@ def test_light_that_seen_patches_pass_on_counts():
     north = 6 + 4  # wall of the penthouse
     assert scene.surfaces.orientation[north] == "north"
     assert parts[1][north] > 0.3 * parts[0][north] > 0
-
-
-def test_parts_of_errors_survive_their_file(tmp_path):
-    """transfer.nc keeps what the errors of groups are made of."""
-    weather, suns = year_and_suns()
-    transfer = run_gather(boxes(SCENES["penthouse"]), suns, samples=64)
-    write_transfer(tmp_path / "transfer.nc", transfer)
-    again = read_transfer(tmp_path / "transfer.nc")
-    for name, values in vars(transfer.error_parts).items():
-        np.testing.assert_array_equal(getattr(again.error_parts, name), values)
-    one, other = (compute_energy(each, weather) for each in (transfer, again))
-    np.testing.assert_allclose(other.group_standard_error, one.group_standard_error, rtol=1e-12)
-    assert (one.group_standard_error > 0).all()

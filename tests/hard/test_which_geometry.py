@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from closed import box, room
 from scenes import join, run_gather, strip, suns_towards
 from towns import spun
+
+from citypv.core.commands.plain_scenes import box, room
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25
@@ -115,16 +116,6 @@ def test_walls_between_touching_buildings_receive_nothing(gap):
     assert_unshaded(transfer, np.array([0, 1, 12, 13]), sample_error=1e-6)
 
 
-def test_walls_of_houses_of_different_height_that_touch():
-    """Of the party wall only what rises above the lower roof is lit."""
-    scene = [*box((0, 0, 0), (10, 10, 20)), *box((10, 0, 0), (20, 10, 10))]
-    transfer = trace(scene, suns_towards([[1, 0, 1]]), samples=16384)
-    east = np.array([8, 9])
-    assert np.mean(transfer.covered_share[east]) == pytest.approx(0.5, abs=0.02)
-    assert np.mean(transfer.sky_view_factor[east]) == pytest.approx(0.25, abs=0.005)
-    assert np.mean(transfer.visible_share[east]) == pytest.approx(0.5, abs=0.01)
-
-
 def test_t_junctions_in_a_wall_let_no_light_through():
     """A room whose walls are cut differently on both sides of each edge."""
     inside = room((0, 0, 0), (5, 4, 3))
@@ -166,22 +157,6 @@ def test_a_face_seen_edge_on_by_the_sun_receives_nothing_and_casts_no_shadow():
         assert transfer.visible_share[2:].mean() > 0.9999
 
 
-@pytest.mark.parametrize(("depth", "far_ground"), [(2.0, True), (5.0, False)])
-def test_walls_that_go_on_below_the_ground(depth, far_ground):
-    """A cellar: what lies below the ground gets no light from above nor from the far ground, the rest gets its own."""
-    ground = strip([-500, -500, 0], [1000, 0, 0], [0, 1000, 0], 100)
-    scene = join([ground, *box((-5, -5, -depth), (5, 5, 10 - depth))])
-    scene.surfaces.kind[:200] = "ground"
-    transfer = trace(scene, samples=1 << 14, far_ground=far_ground)
-    walls = 200 + np.arange(4, 12)
-    above = 1 - depth / 10
-    assert transfer.sky_view_factor[walls].mean() == pytest.approx(0.5 * above, abs=0.005)
-    assert transfer.covered_share[walls].mean() == pytest.approx(1 - above, abs=0.07)
-    assert transfer.far_ground_view_factor[walls].max() < 0.01  # over the edge of the plain, 500 m away
-    floor = [202, 203]
-    assert transfer.diffuse_relative[floor].max() < 1e-6
-
-
 @pytest.mark.parametrize("height", [0.0, 0.005, 3.0])
 def test_a_floor_on_a_roof_rests_on_it(height):
     """A house on the roof of another, or on stilts above it."""
@@ -193,12 +168,3 @@ def test_a_floor_on_a_roof_rests_on_it(height):
     else:
         assert transfer.diffuse_relative[floor].min() > 0.05
         assert transfer.covered_share[floor].max() == 0
-
-
-def test_a_thin_slab_is_lit_from_below():
-    """A balcony of 5 mm: its underside does not rest on its own top."""
-    slab = box((-2, -2, 4), (2, 2, 4.005))
-    transfer = trace([strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 10), *slab])
-    under = 20 + np.array([2, 3])
-    assert transfer.diffuse_relative[under].min() > 0.15
-    assert transfer.covered_share[under].max() == 0

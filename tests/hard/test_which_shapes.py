@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from closed import box, room
-from scenes import assert_mean, scene_of_triangles, strip, suns_towards
+from scenes import scene_of_triangles, strip, suns_towards
 from test_which_geometry import SUNS, assert_unshaded, trace
+
+from citypv.core.commands.plain_scenes import box
 
 
 @pytest.mark.parametrize("aspect", [1e3, 1e6])
@@ -57,33 +58,6 @@ def test_a_needle_tower(width):
     front = transfer.surfaces.normal[walls] @ SUNS.direction.T > 1e-6
     assert transfer.visible_share[walls] == pytest.approx(front.astype(float), abs=1e-6)
     assert np.average(transfer.sky_view_factor[:16], weights=transfer.surfaces.area[:16]) > 1 - 0.02 * np.sqrt(width)
-
-
-def test_a_courtyard_one_metre_wide_and_fifty_deep():
-    """A square shaft: its floor sees the sky by the view factor of parallel squares (Howell C-11), its walls by the
-    rest of it."""
-    width, depth = 1.0, 50.0
-    walls = [part for side, part in enumerate(room((0, 0, 0), (width, width, depth))) if side != 0]
-    transfer = trace(walls, samples=1 << 18, max_bounces=0)
-    floor = parallel_squares(width / depth)
-    assert floor == pytest.approx(width**2 / (np.pi * depth**2), rel=1e-3)  # far squares: area over π distance²
-    area = transfer.surfaces.area
-    error = transfer.diffuse_relative_standard_error
-    mean_floor, mean_walls = transfer.sky_view_factor[:2].mean(), np.average(transfer.sky_view_factor[2:])
-    assert_mean(mean_floor, max(np.sqrt((error[:2] ** 2).sum()) / 2, 2e-5), floor)
-    # Reciprocity with the opening: what it sees of the walls is what it does not see of the floor.
-    wall = (1 - floor) * width**2 / area[2:].sum()
-    assert_mean(mean_walls, np.sqrt((error[2:] ** 2).sum()) / 8, wall)
-    assert transfer.visible_share[:, :2].max() < 0.05
-    assert transfer.visible_share[:2, 2] == pytest.approx(1, abs=1e-6)
-
-
-def parallel_squares(ratio):
-    """View factor between opposite unit squares, side over distance given (Howell, radiation view factors, C-11)."""
-    x = ratio
-    root = np.sqrt(1 + x**2)
-    logarithm = np.log(np.sqrt((1 + x**2) ** 2 / (1 + 2 * x**2)))
-    return 2 / (np.pi * x**2) * (logarithm + 2 * x * root * np.arctan(x / root) - 2 * x * np.arctan(x))
 
 
 def test_a_roof_overhang_of_one_centimetre():

@@ -10,7 +10,6 @@ from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, scene_of, sheet, sh
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.city import City
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
@@ -109,7 +108,6 @@ def test_footprints_and_sheets_of_real_files():
 
 @pytest.mark.slow
 def test_berlin_has_no_sheet():
-    city = read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"])
-    scene = build_scene(city, patch_size=None)
-    assert isinstance(city, City) and not scene.sheet.any()
+    scene = build_scene(read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"]), patch_size=None)
+    assert not scene.sheet.any()
     assert scene.footprint[np.array(scene.surfaces.thematic)[scene.triangle_surface] == "GroundSurface"].all()
