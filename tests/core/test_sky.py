@@ -18,7 +18,7 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon_band import HEIGHT
+from citypv.core.sun.horizon_band import HEIGHT, HORIZON
 from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
@@ -102,6 +102,9 @@ def mean_of(transfer, rows, name="view_factor"):
 @pytest.mark.parametrize("tilt", [5, 60, 90, 135])
 def test_the_horizon_of_an_open_plane_by_rays(tilt):
     """sin(tilt) whatever the azimuth: every ray towards the band stands in front of the plane and meets nothing."""
+    normal = np.float32([[np.sin(np.radians(tilt)), 0, np.cos(np.radians(tilt))]])
+    towards = HORIZON.sample(normal, *np.random.default_rng(1).random((2, 1, 1000), np.float32))
+    assert (towards @ normal[0] > -1e-6).all() and (towards[..., 2] >= 0).all()
     for azimuth in (0, 77, 200):
         transfer = trace(open_plane(tilt, azimuth), effects={"sky-rays": True, "shadow-rays": True}, far_ground=False)
         assert transfer.sources["horizon"].view_factor[0] == pytest.approx(np.sin(np.radians(tilt)), rel=1e-5)
