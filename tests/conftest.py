@@ -1,20 +1,22 @@
 """What each run leaves out, in what order files run, and whether a Blender window was tested.
 
-`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they were
-last measured (tools/measure_slow.py). What is marked as a law stays all the same, and so does the one case of each law
-that LAWS names. The second Python leaves out what is marked `once`: but for files in which a Python may differ that is
-each function of slow.txt, and all cases of a function but the first.
+`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they
+were last measured (tools/measure_slow.py). `make test` leaves out what is thorough: what is marked so, and of the
+functions of long.txt all but as many cases as stand there. Of both, what is marked as a law stays all the same, and
+so does the one case of each law that LAWS names. The second Python leaves out what is marked `once`: but for files in
+which a Python may differ that is each function of slow.txt, and all cases of a function but the first.
 
 On several workers the longest files come first, so that none is left over at the end. Between them come files that
 need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
 """
 
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
 import pytest
 
-SLOW = Path(__file__).parent / "slow.txt"
+SLOW, LONG = Path(__file__).parent / "slow.txt", Path(__file__).parent / "long.txt"
 # Laws, closed forms and rules of the code that no fast test holds: the cases that begin so.
 LAWS = (
     "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
@@ -57,7 +59,7 @@ MAY_DIFFER = (
     *("core/test_city", "core/test_weather", "core/test_plot", "core/test_refused", "core/test_obj"),
     *("core/test_raster", "core/test_own_terrain"),
 )
-BEGUN = set()  # functions of which a case was collected
+BEGUN = Counter()  # cases collected of each function
 LONGEST = [
     "core/test_fuzz_readers.py",
     "blender/test_extension.py",
@@ -97,20 +99,30 @@ def name_function(nodeid):
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item):
     name = name_function(item.nodeid)
-    if item.nodeid.removeprefix("tests/").startswith(LAWS):
+    law = item.nodeid.removeprefix("tests/").startswith(LAWS)
+    if law:
         item.add_marker(pytest.mark.law)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
-    again = name in BEGUN and not name.startswith(MAY_DIFFER)
+    if BEGUN[name] >= read_long().get(name, BEGUN[name] + 1) and not law:
+        item.add_marker(pytest.mark.thorough)
+    again = BEGUN[name] and not name.startswith(MAY_DIFFER)
     if not name.startswith(PROCESSES) and (name in read_slow() or again):
         item.add_marker(pytest.mark.once)
-    BEGUN.add(name)
+    BEGUN[name] += 1
 
 
 @cache
 def read_slow():
     """Functions that were slow when they were measured: set of str."""
     return set(SLOW.read_text("utf-8").splitlines())
+
+
+@cache
+def read_long():
+    """Functions of which `make test` runs the first cases only: dict of str to the number of them."""
+    lines = [line.split() for line in LONG.read_text("utf-8").splitlines()]
+    return {name: int(count) for name, count in lines}
 
 
 @pytest.hookimpl(trylast=True)
