@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..light.kept_matrix import row_blocks
 from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import sources_of
@@ -13,6 +12,7 @@ from ..weather.check_weather import LIMITS
 ANGLES = ("apparent_zenith", "solar_azimuth")
 ERROR_PARTS = ("diffuse_passed_on", "direct_passed_on", "diffuse_discretisation", "direct_discretisation", "covariance")
 SHARES = ("covered_share", "sky_view_factor", "far_ground_view_factor")
+POSITIVE, SHARE = {"least": 0}, {"least": 0, "most": 1 + UNIT}
 
 
 def check_transfer(transfer):
@@ -29,34 +29,32 @@ def check_transfer(transfer):
     InputError
     """
     check_suns(transfer.suns)
-    surfaces, count, suns = transfer.surfaces, len(transfer.surfaces), len(transfer.suns)
+    surfaces, count = transfer.surfaces, len(transfer.surfaces)
     normal = check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
     check_unit("normal", normal[normal.any(axis=1)])  # zero for surfaces without area
     check_array("eligible", surfaces.eligible, (count,), kind="b")
     for name in ("kind", "orientation"):
         if np.shape(getattr(surfaces, name)) != (count,):
             raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
-    numbers = {"area": surfaces.area, "diffuse_relative": transfer.diffuse_relative}
+    single, of_suns = (count,), (count, len(transfer.suns))
+    found = {
+        "area": (surfaces.area, single, POSITIVE),
+        "diffuse_relative": (transfer.diffuse_relative, single, POSITIVE),
+        "visible_share": (transfer.visible_share, of_suns, SHARE),
+        "direct_reflected": (transfer.direct_reflected, of_suns, POSITIVE),
+    }
+    found |= {name: (getattr(transfer, name), single, SHARE) for name in SHARES}
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
-        numbers[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf)
-    shares = {name: getattr(transfer, name) for name in SHARES}
+        found[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf), single, POSITIVE
     for name, light in transfer.sources.items():
         for field, values in vars(light).items():
-            (shares if field == "view_factor" else numbers)[SOURCES[name].variable(field)] = values
-    for name, values in (numbers | shares).items():
-        check_array(name, values, (count,), least=0, **{"most": 1 + UNIT} if name in shares else {})
+            found[SOURCES[name].variable(field)] = values, single, SHARE if field == "view_factor" else POSITIVE
     if transfer.no_room is not None:
-        check_array("no_room", transfer.no_room, (count, len(transfer.clearances)), least=0, most=1 + UNIT)
-    for name, bounds in (("visible_share", {"most": 1 + UNIT}), ("direct_reflected", {})):
-        matrix = getattr(transfer, name)
-        if np.shape(matrix) != (count, suns):
-            raise InputError(name, f"shape {np.shape(matrix)}", f"give an array of shape ({count}, {suns})")
-        for rows, values in row_blocks(matrix):  # some at a time, as it may lie on disk
-            numbered = {"row": lambda index, first=rows.start: f"row {first + index}"}
-            check_array(name, values, values.shape, least=0, **numbered, **bounds)
+        found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
     for name in ERROR_PARTS if transfer.error_parts is not None else ():
-        shape = (count, "r") if name.endswith("passed_on") else (count,)
-        check_array(name, getattr(transfer.error_parts, name), shape)
+        found[name] = getattr(transfer.error_parts, name), (count, "r") if name.endswith("passed_on") else single, {}
+    for name, (values, shape, bounds) in found.items():
+        check_array(name, values, shape, **bounds)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
 

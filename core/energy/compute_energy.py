@@ -15,7 +15,7 @@ from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups
 from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
 from .hours import Hours, prepare_hours
-from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
+from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
 from .standard_errors import errors_of_energy, state_errors
 from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
@@ -193,7 +193,10 @@ def add_series(task, series):
         projection, direct = direct_part(block, part)
         sunward, diffuse, dc = run_model(task.curves, block, part, direct, projection)
         poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
-        series.poa_direct[part.interval], series.capacity_factor[part.interval] = poa_direct, task.curves.ac(dc)
+        series.poa_direct[part.interval], series.capacity_factor[part.interval] = (
+            poa_direct,
+            ac_power(dc, task.curves.system),
+        )
         series.poa_diffuse[part.interval] = diffuse + (sunward - poa_direct)
 
 

@@ -1,7 +1,6 @@
 """Which surfaces carry modules, on how much of their area, in which group they count, and why others carry none."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -52,10 +51,11 @@ def find_counted_area(transfer, system):
     kind, orientation, eligible = np.array(surfaces.kind), np.array(surfaces.orientation), np.array(surfaces.eligible)
     if system.overhangs:  # walls that lean outward are facades, as in the paper
         tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
-        chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
-        upright, azimuth = np.full(len(chosen), 90.0), surfaces.surface_azimuth[chosen]
-        found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen], system.sectors)
-        kind, orientation, eligible = map(partial(put_at, chosen), (kind, orientation, eligible), found)
+        chosen = (kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface")
+        upright = np.where(chosen, 90.0, tilt)
+        found = classify(surfaces.area, upright, surfaces.surface_azimuth, thematic, system.sectors)
+        pairs = zip(found, (kind, orientation, eligible), strict=True)
+        kind, orientation, eligible = (np.where(chosen, one, own) for one, own in pairs)
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     taken = np.minimum(covered + share_without_room(transfer, system), 1.0)
     open_area = area * (1.0 - taken)
@@ -77,13 +77,6 @@ def share_without_room(transfer, system):
         cure = f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the city again"
         raise InputError("--clearance", f"{system.clearance:g} m was not traced", cure)
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
-
-
-def put_at(rows, values, others):
-    """Values, (n,), with others in some rows; words are not cut to the length of those before."""
-    values = values.astype(np.promote_types(values.dtype, others.dtype))
-    values[rows] = others
-    return values
 
 
 def sum_left_out(transfer, system):
@@ -165,7 +158,7 @@ def classify_again(transfer, sectors):
     orientation, eligible = np.where(ground, "none", orientation), eligible & ~ground
     known = classify(*shapes, before)[2]
     eligible = np.where(known, eligible & old.eligible, eligible & ~find_drawn_twice(transfer))
-    orientation = put_at(rack, orientation, orient_racks(old.surface_tilt[rack], old.surface_azimuth[rack], sectors))
+    orientation = np.where(rack, orient_racks(old.surface_tilt, old.surface_azimuth, sectors), orientation)
     surfaces = replace(old, orientation=orientation, eligible=eligible | rack)
     return replace(transfer, surfaces=surfaces, bare=transfer.bare and replace(transfer.bare, surfaces=surfaces))
 

@@ -34,7 +34,6 @@ MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
 ANGLE_NODES = 65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
-MOST_POWER, POWER_NODES = 2.0, 65536  # DC power in the inverter's table, uniform in its square root
 
 
 # -- the curves of a system, by pvlib --
@@ -136,6 +135,26 @@ def dc_power(effective, temp_cell, module):
     return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
 
 
+def ac_power(power, system):
+    """AC power after losses and the inverter, both over nominal DC power; DC power itself without either.
+
+    An inverter has as many modules as its size requires, and its nominal input voltage: strings are assumed to fit.
+    Consumption at night is neglected.
+    """
+    inverter = system.inverter
+    if not system.feeds_grid:
+        return power
+    power = np.maximum(power, 0) * (1.0 - system.losses / 100.0)
+    if inverter is None:
+        return power
+    if inverter.name == PVWATTS:
+        fed = pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
+    else:
+        own, size = inverter.parameters, inverter.parameters["Paco"] * inverter.dc_ac_ratio  # [W] of modules
+        fed = np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
+    return fed.astype(power.dtype, copy=False)
+
+
 # -- the arithmetic --
 
 
@@ -201,23 +220,6 @@ class PvlibCurves:
         power[lit] = dc_power(effective[lit], temp_cell[lit], self.system.module)
         return power
 
-    def ac(self, power):
-        """AC power after losses and the inverter, both over nominal DC power; DC power itself without either.
-
-        An inverter has as many modules as its size requires, and its nominal input voltage: strings are assumed to fit.
-        Consumption at night is neglected.
-        """
-        system, inverter = self.system, self.system.inverter
-        if not system.feeds_grid:
-            return power
-        power = np.maximum(power, 0.0) * (1.0 - system.losses / 100.0)
-        if inverter is None:
-            return power
-        if inverter.name == PVWATTS:
-            return pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
-        own, size = inverter.parameters, inverter.parameters["Paco"] * inverter.dc_ac_ratio  # [W] of modules
-        return np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
-
 
 @dataclass
 class PowerTables:
@@ -226,7 +228,7 @@ class PowerTables:
     incidence: np.ndarray  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
     efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
     diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
-    conversion: np.ndarray | None  # (p,) float32, AC over DC power, by DC power; None where they are the same
+    system: PvSystem
 
     def incidence_at(self, aoi_projection):
         """IAM of direct light; overwrites the cosine of the angle of incidence."""
@@ -246,14 +248,6 @@ class PowerTables:
         power *= effective
         return power
 
-    def ac(self, power):
-        """AC power over nominal DC power, from DC power: (h, n) float32."""
-        if self.conversion is None:
-            return power
-        scale = np.float32((POWER_NODES - 1) / np.sqrt(MOST_POWER))
-        power = np.maximum(power, 0)
-        return power * look_up(self.conversion, np.sqrt(power), scale)[0]
-
 
 def tabulate_power(system):
     """Tabulate the curves of a PvSystem: PowerTables."""
@@ -266,11 +260,8 @@ def tabulate_power(system):
     temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))
     power = dc_power(np.broadcast_to(irradiance, temperature.shape), temperature, system.module)
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)
-    root = np.linspace(0.0, np.sqrt(MOST_POWER), POWER_NODES)
-    fed = np.maximum(root, root[1] / 2) ** 2
-    conversion = (exact.ac(fed) / fed).astype(np.float32) if system.feeds_grid else None
     single = incidence.astype(np.float32), efficiency.astype(np.float32)
-    return PowerTables(*single, np.float32(exact.diffuse_share), conversion)
+    return PowerTables(*single, np.float32(exact.diffuse_share), system)
 
 
 def look_up(table, values, scale):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..sun.sun_sampling import values_at
-from .power import dc_factor
+from .power import ac_power, dc_factor
 
 GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
 
@@ -126,7 +126,7 @@ def sum_block(block, hours, model):
         power = run_model(model, block, part, direct, projection)[-1]
         ones = np.ones(last - first, dtype)
         dc += ones @ power
-        power = model.ac(power)
+        power = ac_power(power, model.system)
         sums = ones @ power
         by_month[:, part.month[0]] += sums
         if part.year[0] >= 0:

@@ -41,32 +41,12 @@ class Comparison:
 
 
 def compare_folders(before, after):
-    """Compare two result folders; of a variant of the first, the errors are those of the difference: Comparison.
-
-    Parameters and errors as of `compare_runs`, and as of `read_results`.
-    """
-    states, errors = [read_results(folder) for folder in (before, after)], None
-    path, noted = Path(after) / CHANGE, states[1].summary.get("variant") or {}
-    if path.is_file() and noted.get("base_crc32") == mark_of(before):
-        errors = read_table(path, ("surface_id",), (CHANGE_ERROR,)).set_index("surface_id")[CHANGE_ERROR]
-    return compare_runs(*states, errors)
-
-
-def mark_of(folder):
-    """CRC-32 of the hours of a run, by which its variants name it: int."""
-    return crc32((Path(folder) / "faces.csv").read_bytes())
-
-
-def compare_runs(before, after, errors=None):
-    """Compare two runs.
+    """Compare two result folders.
 
     Parameters
     ----------
-    before, after : Results
-        With outlines.
-    errors : pandas.Series, optional
-        Standard error of the change of the full load hours [h] by surface_id, where it is known; else the two runs
-        count as independent.
+    before, after : path-like
+        Of a variant of the first, the errors are those of the difference; else the two runs count as independent.
 
     Returns
     -------
@@ -75,11 +55,15 @@ def compare_runs(before, after, errors=None):
     Raises
     ------
     InputError
-        The hours, the weather, the modules or what counts differ, or a run has no outlines.
+        A folder cannot be read; the hours, the weather, the modules or what counts differ; or a run has no outlines.
     """
+    folder, path, known = before, Path(after) / CHANGE, None
+    before, after = read_results(before), read_results(after)
     check_comparable(before, after)
     match = match_shapes(shapes_of(before), shapes_of(after))
-    known = None if errors is None else errors.reindex(after.faces["surface_id"]).to_numpy()
+    if path.is_file() and (after.summary.get("variant") or {}).get("base_crc32") == mark_of(folder):
+        errors = read_table(path, ("surface_id",), (CHANGE_ERROR,)).set_index("surface_id")[CHANGE_ERROR]
+        known = errors.reindex(after.faces["surface_id"]).to_numpy()
     states = [pd.concat([one.faces[TEXTS], yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
@@ -94,6 +78,11 @@ def compare_runs(before, after, errors=None):
         "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
     }
     return Comparison(table, buildings, summary, after)
+
+
+def mark_of(folder):
+    """CRC-32 of the hours of a run, by which its variants name it: int."""
+    return crc32((Path(folder) / "faces.csv").read_bytes())
 
 
 def compare_surfaces(before, after, match, errors=None):

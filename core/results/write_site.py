@@ -90,7 +90,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
         total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
         write_index(work, store, header | view, private)
-        write_page(work, compose_basis(summary, attribution))
+        write_page(work, summary, attribution)
     files = [path for path in Path(out).rglob("*") if path.is_file()]
     return {
         "buildings": total,
@@ -242,34 +242,31 @@ def write_index(work, store, header, private):
     (work / "page" / "map.json").write_text(json.dumps(header, separators=(",", ":")), "ascii", newline="\n")
 
 
-def write_page(work, basis):
-    """Write index.html and what it needs: its own scripts are all that it runs, and its own files all that it reads."""
+def write_page(work, summary, attribution):
+    """Write index.html and what it needs: its own scripts are all that it runs, and its own files all that it reads.
+
+    Below the map stand what the numbers rest on, and how far they hold.
+    """
     for name in SCRIPTS:
         shutil.copyfile(WEB / name, work / "page" / name)
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
-    body = "\n".join([read_web("viewer.html").replace(FROM_FILE, ""), basis])
-    scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
-    page = fill_template("Solar map", body, scripts, "script-src 'self'; connect-src 'self'")
-    (work / "index.html").write_text(page, "utf-8", newline="\n")
-
-
-def compose_basis(summary, attribution):
-    """What the numbers rest on, and how far they hold: sections of the page."""
     totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
-    return "\n".join(
-        [
-            *(paragraph(text, "warning") for text in list_warnings(summary)),
-            section(
-                "What this map rests on",
-                paragraph(
-                    f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a "
-                    f"year. {describe_windows(summary)} Building law, statics and cost are not considered."
-                ),
-                paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
-                paragraph(f"Results of {date:%Y-%m-%d}."),
-                table((), describe_assumptions(summary)),
+    body = [
+        read_web("viewer.html").replace(FROM_FILE, ""),
+        *(paragraph(text, "warning") for text in list_warnings(summary)),
+        section(
+            "What this map rests on",
+            paragraph(
+                f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a year. "
+                f"{describe_windows(summary)} Building law, statics and cost are not considered."
             ),
-            compose_errors(summary),
-            paragraph(f"Made by CityPV {__version__}.", "small"),
-        ]
-    )
+            paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
+            paragraph(f"Results of {date:%Y-%m-%d}."),
+            table((), describe_assumptions(summary)),
+        ),
+        compose_errors(summary),
+        paragraph(f"Made by CityPV {__version__}.", "small"),
+    ]
+    scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
+    page = fill_template("Solar map", "\n".join(body), scripts, "script-src 'self'; connect-src 'self'")
+    (work / "index.html").write_text(page, "utf-8", newline="\n")
