@@ -24,7 +24,7 @@ from transfers import Horizons, unshaded_transfer
 from citypv.core.commands.world import modules_alone
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import build_system, thermal_parameters
+from citypv.core.energy.pv_system import MOUNTINGS, build_system
 from citypv.core.light.kept_matrix import keep_matrix
 from citypv.core.light.transfer import take_rows
 from citypv.core.results.write_summary import peak_memory
@@ -82,7 +82,7 @@ def pvlib_power(weather, transfer, row, series, system):
     surfaces = transfer.surfaces
     aoi = pvlib.irradiance.aoi(surfaces.surface_tilt[row], surfaces.surface_azimuth[row], *sun)
     direct, diffuse = series
-    thermal = thermal_parameters(system.mounting)
+    thermal = MOUNTINGS[system.mounting]
     temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **thermal)
     lit = (direct + diffuse > 0).to_numpy()
     power = np.zeros(len(data))

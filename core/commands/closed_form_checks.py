@@ -5,7 +5,7 @@ from functools import cache, partial
 import numpy as np
 from pvlib.temperature import sapm_cell
 
-from ..energy.pv_system import thermal_parameters
+from ..energy.pv_system import MOUNTINGS
 from ..light.solve_radiosity import radiosity_factor, solve_radiosity
 from ..light.trace_gather import trace_gather
 from ..light.trace_hemisphere import trace_rows
@@ -61,7 +61,7 @@ def closed_form_checks():
         checks.append((name, expected, SINGLE * expected, partial(furnace, albedo, bounces)))
     for name, expected, one, other in VIEW_FACTORS:
         checks.append((f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other))))
-    name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", thermal_parameters("open-rack")
+    name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", MOUNTINGS["open-rack"]
     checks.append((name, 40.291, 5e-4, lambda: (float(sapm_cell(900.0, 20.0, 5.0, **thermal)), 0.0)))
     return checks
 

@@ -73,7 +73,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
     for state, own in states:  # trees carry leaves in some months and not in the others
         year = weather if own.all() else darken_hours(weather, ~own)
         task = prepare_task(state, year, system, electric, split_sky(year, sky))
-        part = vars(sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress))
+        part = vars(sum_surfaces(task, groups.weight, threads, progress))
         capacity_factor[task.hours.interval] = part.pop("capacity_factor")
         sums = {name: sums.get(name, 0.0) + values for name, values in part.items()}
         sunny.append(float(task.hours.sunny.sum()))
@@ -117,6 +117,7 @@ class Task:
     curves: PvlibCurves | PowerTables
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     mounting: np.ndarray  # (n,) int from `PvSystem.mounting_of`
+    electric: np.ndarray  # (n,) bool, surfaces with full load hours
     sky: SkyParts
 
     def block(self, rows, group_weight):
@@ -136,11 +137,12 @@ def prepare_task(transfer, weather, system, electric, sky):
         PvlibCurves(system) if plain else tabulate_power(system),
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         system.mounting_of(transfer.surfaces.kind),
+        electric,
         sky,
     )
 
 
-def sum_surfaces(task, group_weight, electric, *, threads, progress):
+def sum_surfaces(task, group_weight, threads, progress):
     """Process all surfaces in blocks on all threads, and sum in the order of the blocks.
 
     Parameters
@@ -148,8 +150,6 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     task : Task
     group_weight : numpy.ndarray, (n, g)
         Area of each surface over that of its group.
-    electric : numpy.ndarray, (n,) bool
-        Surfaces with full load hours.
     threads, progress
         As in `compute_energy`.
 
@@ -158,18 +158,13 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     BlockSums
         Of all surfaces.
     """
-    kinds = (np.flatnonzero(electric), task.curves), (np.flatnonzero(~electric), None)
-    blocks = [(rows[k : k + BLOCK], curves) for rows, curves in kinds for k in range(0, len(rows), BLOCK)]
-
-    def run(block):
-        rows, curves = block
-        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours, curves)
-
-    count, hours, done = len(electric), len(task.hours), 0
+    kinds = np.flatnonzero(task.electric), np.flatnonzero(~task.electric)
+    blocks = [rows[first : first + BLOCK] for rows in kinds for first in range(0, len(rows), BLOCK)]
+    count, hours, done = len(task.electric), len(task.hours), 0
     single = (np.zeros(count) for _ in range(3))
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
     total = BlockSums(*single, *periods, np.zeros((hours, group_weight.shape[1])))
-    for rows, sums in map_blocks(run, blocks, threads):
+    for rows, sums in sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
         for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
             getattr(total, name)[rows] = getattr(sums, name)
         total.capacity_factor += sums.capacity_factor
@@ -178,8 +173,17 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     return total
 
 
-def map_blocks(run, blocks, threads):
-    """Yield results of `run(block)` in the order of the blocks, from all threads."""
+def sum_blocks(task, blocks, weigh, threads):
+    """Process blocks of surfaces on all threads: yields the rows and BlockSums of each, in their order.
+
+    The surfaces of a block, rows (m,) int, have full load hours all or none; `weigh(rows)` gives their weights in the
+    groups, (m, g).
+    """
+
+    def run(rows):
+        curves = task.curves if task.electric[rows[0]] else None
+        return rows, sum_block(task.block(rows, weigh(rows)), task.hours, curves)
+
     # The matrix products are small: BLAS threads would only wait for each other.
     with threadpool_limits(1, "blas"):
         yield from map_in_order(run, blocks, usable_threads(threads))
@@ -232,15 +236,13 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     rows = rows[np.argsort(building[rows], kind="stable")]
     blocks = [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
     power = np.zeros((len(weather.data), len(names)), np.float32)
+
+    def share_out(block):
+        return np.where(building[block, None] == np.unique(building[block]), kwp[block, None], 0.0)
+
     for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = darken_hours(weather, ~own)
         task = prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
-
-        def run(rows, task=task):
-            members, own = np.unique(building[rows], return_inverse=True)
-            share = np.where(own[:, None] == np.arange(len(members)), kwp[rows, None], 0.0)
-            return sum_block(task.block(rows, share), task.hours, task.curves).capacity_factor
-
-        for block, found in zip(blocks, map_blocks(run, blocks, threads), strict=True):
-            power[np.ix_(task.hours.interval, np.unique(building[block]))] += found
+        for block, sums in sum_blocks(task, blocks, share_out, threads):
+            power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor
     return names, power

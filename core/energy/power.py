@@ -19,7 +19,7 @@ import numpy as np
 import pvlib
 from scipy.interpolate import PchipInterpolator
 
-from .pv_system import PVWATTS, SANDIA, PvSystem, thermal_parameters
+from .pv_system import MOUNTINGS, PVWATTS, SANDIA, PvSystem
 
 HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
@@ -107,8 +107,8 @@ def cell_heating(temp_air, wind_speed, system):
     """
     if not system.temperature:
         return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros((len(temp_air), len(system.mountings)))
-    laws = [thermal_parameters(mounting) for mounting in system.mountings]
-    return temp_air, np.stack([pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **law) for law in laws], axis=1)
+    slopes = [pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **MOUNTINGS[name]) for name in system.mountings]
+    return temp_air, np.stack(slopes, axis=1)
 
 
 def dc_power(effective, temp_cell, module):

@@ -32,10 +32,11 @@ OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
 CANDIDATES = 400  # names that are compared letter by letter
 
-MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvlib names them
-    "open-rack": "open_rack_glass_polymer",
-    "insulated-back": "insulated_back_glass_polymer",
-    "close-mount": "close_mount_glass_glass",
+SAPM = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]
+MOUNTINGS = {  # a, b and deltaT of Sandia's cell temperature (King et al. 2004, table 1)
+    "open-rack": SAPM["open_rack_glass_polymer"],
+    "insulated-back": SAPM["insulated_back_glass_polymer"],
+    "close-mount": SAPM["close_mount_glass_glass"],
 }
 AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
 STANDING = ("flat", "rack")  # on these kinds
@@ -137,11 +138,6 @@ def build_system(request):
 def dc_system():
     """The paper's module on open racks, on open area: DC without losses."""
     return PvSystem(pick_module(PAPER_MODULE))
-
-
-def thermal_parameters(mounting):
-    """Parameters a, b and deltaT of Sandia's cell temperature: dict of float."""
-    return pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][MOUNTINGS[mounting]]
 
 
 @lru_cache

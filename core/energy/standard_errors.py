@@ -50,30 +50,6 @@ def noise_of_mean(weight, own, passed_on):
     return weight**2 @ own + variance_of_mean(weight @ passed_on)
 
 
-def errors_of_sums(transfer, weather, energy, weights, label):
-    """Standard errors of weighted sums of surfaces' full load hours, as of buildings.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    energy : Energy
-        Of both.
-    weights : list of numpy.ndarray, (n,)
-        p of them; not negative.
-    label : numpy.ndarray, (n,) int
-        Sum that each surface belongs to.
-
-    Returns
-    -------
-    list of numpy.ndarray, (label.max() + 1,)
-        For each of the weights; NaN where the error of a surface is unknown.
-    """
-    errors, count = errors_of_energy(transfer, weather, energy), label.max(initial=-1) + 1
-    rows = [np.flatnonzero(weight > 0) for weight in weights]
-    return [add_errors(errors, some, one[some], label[some], count) for some, one in zip(rows, weights, strict=True)]
-
-
 def add_errors(errors, rows, weight, label, count):
     """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
 

@@ -23,7 +23,7 @@ class Store:
             """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
             CREATE TABLE building (number INTEGER PRIMARY KEY, name TEXT UNIQUE, folder INTEGER, x INTEGER, y INTEGER,
                 sorted BLOB, energy REAL, row TEXT);
-            CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB);"""
+            CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB); CREATE INDEX squares ON piece (x, y);"""
         )
 
     def add_piece(self, piece, number, folder):
@@ -57,11 +57,6 @@ class Store:
             self.base.execute("INSERT INTO piece VALUES (?, ?, ?)", (x, y, data))
         piece.faces = piece.faces.reset_index(drop=True)
         return piece
-
-    def squares(self):
-        """Squares that hold any surfaces: list of (x, y)."""
-        self.base.execute("CREATE INDEX squares ON piece (x, y)")
-        return self.base.execute("SELECT DISTINCT x, y FROM piece").fetchall()
 
     def pieces(self, square):
         """Pieces of a square: list of Piece."""

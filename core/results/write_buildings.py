@@ -7,7 +7,7 @@ from ..city.locate_site import bring_to_grid
 from ..energy.counted_area import find_counted_area
 from ..energy.energy import exceeded_energy, kwp_of_hours
 from ..energy.pv_system import area_of_kwp
-from ..energy.standard_errors import errors_of_sums
+from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months
 
 PARTS = {"facade": ("facade",), "roof": ("roof", "steep"), "flat_roof": ("flat", "rack")}  # -> kinds
@@ -44,7 +44,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     kwp, kind = kwp_of_hours(area, energy, system), find_counted_area(transfer, system).kind
     eligible = energy.eligible & (kwp > 0)
     parts = {"": eligible} | {f"{part}_": np.isin(kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()}
-    errors = errors_of_sums(transfer, weather, energy, [np.where(own, kwp, 0.0) for own in parts.values()], building)
+    errors = errors_of_energy(transfer, weather, energy)
 
     def add(values, chosen):
         return np.bincount(building[chosen], values[chosen], len(names)).astype(float)  # of none it has integers
@@ -54,11 +54,12 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     every = np.ones(len(building), bool)
     table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
     table["eligible_area"] = add(energy.counted_area, eligible)
-    for (part, own), error in zip(parts.items(), errors, strict=True):
+    for part, own in parts.items():
+        rows = np.flatnonzero(own)
         table[f"{part}module_area"] = add(energy.module_area, own)
         table[f"{part}kwp"] = table[f"{part}module_area"] / area_of_kwp(system.module)
         table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
-        table[f"{part}mwh_standard_error"] = error / 1000
+        table[f"{part}mwh_standard_error"] = add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
     by_year = np.array([add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T])  # (y, b) [MWh]
     table |= {f"{name}_mwh_per_year": values for name, values in exceeded_energy(by_year).items()}

@@ -161,7 +161,7 @@ def write_tiles(work, store, frame, summary, *, look, private):
     """
     tiles = work / "tiles"
     tiles.mkdir()
-    squares, boxes = np.array(store.squares()), []
+    squares, boxes = np.array(store.base.execute("SELECT DISTINCT x, y FROM piece").fetchall()), []
     low = squares.min(axis=0)
     origin = np.append(low, 0) * SIDE
     frame[3, :3] += origin @ frame[:3, :3]

@@ -9,7 +9,7 @@ import pandas as pd
 import pvlib
 
 from ..energy.power import HALF, MIDDLE, spectral_factor
-from ..energy.pv_system import thermal_parameters
+from ..energy.pv_system import MOUNTINGS
 from ..results.write_tables import share_periods
 from ..sun.sky_grid import match_triangles
 from ..sun.sky_models import split_sky
@@ -60,7 +60,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     relative = pvlib.atmosphere.get_relative_airmass(column["apparent_zenith"], "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
     # The thermal model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
-    slope = pvlib.temperature.sapm_cell(1.0, 0.0, column["wind_speed"], **thermal_parameters(system.mounting))
+    slope = pvlib.temperature.sapm_cell(1.0, 0.0, column["wind_speed"], **MOUNTINGS[system.mounting])
     return PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
