@@ -7,34 +7,29 @@ import pkgutil
 import bpy
 
 from .. import operators
+from ..__main__ import main
 from ..operators.check_libraries import check_libraries
 from ..operators.city.read_settings import find_preferences, use_cache_folder
-from ..operators.edits.watch_edits import start_following, stop_following
-from ..operators.picture.draw_results import run_command
-from ..operators.picture.draw_view import start_drawing, stop_drawing
+from ..operators.edits.watch_edits import HANDLERS, TICK, watch
+from ..operators.picture.draw_view import DRAWN
 from ..operators.session import close_sessions
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
 
+# Operators and file handlers: what the modules of the room operators define.
+_names = [module.name for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}.")]
+_found = [
+    item for name in _names for item in vars(importlib.import_module(name)).values() if hasattr(item, "bl_idname")
+]
+OPERATORS = [item for item in dict.fromkeys(_found) if item.__module__ in _names]
+CLASSES = (Settings, Seeing, Preferences, *OPERATORS, *PANELS, MaterialPanel, CityMenu)
 
-def list_operators():
-    """Operators and file handlers that the modules of the room operators define: list of type."""
-    found = []
-    for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}."):
-        for item in vars(importlib.import_module(module.name)).values():
-            if getattr(item, "__module__", "") == module.name and hasattr(item, "bl_idname"):
-                found.append(item)
-    return found
-
-
-CLASSES = (Settings, Seeing, Preferences, *list_operators(), *PANELS, MaterialPanel, CityMenu)
-
-_commands = []
+_commands, _drawn = [], []
 
 
 def register():
-    """Register settings, operators, panels and the command line (which Blender has from 4.2 on)."""
+    """Register settings, operators, panels, handlers and the command line (which Blender has from 4.2 on)."""
     check_libraries()
     for item in CLASSES:
         bpy.utils.register_class(item)
@@ -44,9 +39,13 @@ def register():
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
     use_cache_folder(find_preferences())
-    _commands.append(bpy.utils.register_cli_command("citypv", run_command))
-    start_drawing()
-    start_following()
+    _commands.append(bpy.utils.register_cli_command("citypv", main))
+    for name, follow in HANDLERS:
+        getattr(bpy.app.handlers, name).append(follow)
+    if not bpy.app.background:
+        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
+        for draw, moment in DRAWN:
+            _drawn.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
     if bpy.app.module:
         # Blender as a Python module may crash on exit while classes are registered.
         atexit.register(unregister)
@@ -57,8 +56,14 @@ def unregister():
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return
-    stop_following()
-    stop_drawing()
+    while _drawn:
+        bpy.types.SpaceView3D.draw_handler_remove(_drawn.pop(), "WINDOW")
+    if bpy.app.timers.is_registered(watch):
+        bpy.app.timers.unregister(watch)
+    for name, follow in HANDLERS:
+        handlers = getattr(bpy.app.handlers, name)
+        if follow in handlers:
+            handlers.remove(follow)
     bpy.utils.unregister_cli_command(_commands.pop())
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.remove(draw_city_menu)

@@ -3,7 +3,7 @@
 from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
-from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
+from ..operators.light.plan_trace import ITEMS, PRICES, describe_price, find_preset, read_plan
 from ..operators.result.compare_results import percent_of, read_comparison, show_end, write_energy, write_row
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import PROBE, read_charts
@@ -106,17 +106,14 @@ def draw_change(column, row, title=""):
 def sort_buildings(rows, seeing):
     """Rows of buildings in the order that the panel asks for; without a value last."""
     last = -inf if seeing.sort_down else inf
-
-    def key(row):
-        value = percent_of(row)
-        return row[seeing.sort_by] if seeing.sort_by != "percent" else last if isnan(value) else value
-
-    return sorted(rows, key=key, reverse=seeing.sort_down)
+    percent = [last if isnan(value) else value for value in map(percent_of, rows)]
+    values = percent if seeing.sort_by == "percent" else [row[seeing.sort_by] for row in rows]
+    return [rows[k] for k in sorted(range(len(rows)), key=values.__getitem__, reverse=seeing.sort_down)]
 
 
 def draw_presets(layout, city, settings):
     """Show a button for each preset and, once predicted, its seconds and error; bars show the error."""
-    prices, active = read_prices(city), find_preset(settings)
+    prices, active = city.get(PRICES) or {}, find_preset(settings)
     row = layout.row(align=True)
     for name, title, _ in ITEMS:
         row.operator("citypv.use_preset", text=title, depress=name == active).preset = name

@@ -25,20 +25,6 @@ def check_libraries():
         FAILURES.append(f"Missing for Python {PYTHON}: {', '.join(missing)}. {describe_cure()}")
 
 
-def note_failure(error):
-    """Keep for the panel that a library failed to load; other errors are not kept.
-
-    Parameters
-    ----------
-    error : Exception or str
-    """
-    if isinstance(error, ImportError):
-        words = " ".join(str(error).split())
-        sentence = f"A library could not be loaded: {words}. {describe_cure()}"
-        if sentence not in FAILURES:
-            FAILURES.append(sentence)
-
-
 @contextmanager
 def name_libraries():
     """Turn an error of the system on loading a library into an ImportError, which a step can tell."""

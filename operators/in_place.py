@@ -62,11 +62,6 @@ def is_single(mesh):
     return mesh.users - mesh.use_fake_user == 1
 
 
-def remember_beside(city):
-    """Store on a city which objects are seen beside it: they are not part of it, and what comes later is an edit."""
-    city[BESIDE], city[ADDED] = list_beside(city), ""
-
-
 def list_beside(city):
     """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor made by CityPV."""
     own = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()

@@ -14,7 +14,7 @@ SOONEST = 0.2  # [s] of a stage before which its rate says nothing
 NICENESS, LARGEST = 10, 19  # above the window's own: it gets nine tenths of a core that both want; at most
 
 
-class Job:
+class Job(threading.Thread):
     """Work that runs in its own thread, with its progress.
 
     Parameters
@@ -27,22 +27,18 @@ class Job:
     """
 
     def __init__(self, title, work, stages=None):
+        super().__init__(name=title, daemon=True)
         self.title, self.share = title, 0.0
         self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
-        self._stop, self.dropped = threading.Event(), False
-        self._stages, self._began, self._before = stages or {}, time.monotonic(), 0.0
-        self._stage, self._started = None, 0.0
-        self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
-
-    def start(self):
-        """Start the work."""
-        self._thread.start()
+        self.cancelled = self.dropped = False
+        self._work, self._stages = work, stages or {}
+        self._began, self._before = time.monotonic(), 0.0
+        self._stage, self._entered = None, 0.0
 
     def cancel(self, *, drop=False):
         """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
-        self.dropped = drop or self.cancelled
-        self._stop.set()
+        self.dropped, self.cancelled = drop or self.cancelled, True
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
         self.rate = self.left = ""
 
@@ -53,16 +49,6 @@ class Job:
             return f"{self.title}: {self.stage}"
         return f"{self.stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
 
-    @property
-    def cancelled(self):
-        """Whether cancellation was requested."""
-        return self._stop.is_set()
-
-    @property
-    def running(self):
-        """Whether the work is still running."""
-        return self._thread.is_alive()
-
     def progress(self, stage, done, total, unit):
         """Receive a progress report of core (see `core.progress`)."""
         if self.cancelled:
@@ -71,23 +57,25 @@ class Job:
         if stage != self._stage:
             if self._stage == COMPILING:  # once on a computer: what went before tells nothing of the rest
                 self._began, self._before = now, self.share
-            self._stage, self._started = stage, now
+            self._stage, self._entered = stage, now
         self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
         self.stage = stage
         share = (self.share - self._before) / (1 - self._before)
         self.left = describe_left(now - self._began, share) if stage != COMPILING else ""
-        told = done and unit and now - self._started > SOONEST
-        self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
+        told = done and unit and now - self._entered > SOONEST
+        self.rate = f"{with_prefix(done / (now - self._entered))}{unit}/s" if told else ""
 
-    def _run(self, work):
-        # A lower priority than the window's on Linux, where threads have their own, and start others with it; elsewhere
-        # `threads_beside_window` leaves a core to the window.
+    def run(self):
+        """Do the work, at a lower priority than the window's on Linux, where threads have their own, and pass it on.
+
+        Elsewhere `threads_beside_window` leaves a core to the window.
+        """
         if sys.platform == "linux":
             own = threading.get_native_id()
             os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
         try:
             with name_libraries():
-                self.result = work(self.progress)
+                self.result = self._work(self.progress)
         except BaseException as error:  # reported in Blender's main thread
             self.error = error
 

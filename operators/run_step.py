@@ -12,7 +12,7 @@ import bpy
 from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
 from ..core.settings.request import declared_settings, option_of
-from .check_libraries import name_libraries, note_failure
+from .check_libraries import FAILURES, describe_cure, name_libraries
 from .job import Job
 from .session import find_city, find_session
 
@@ -91,18 +91,11 @@ class Step:
     _job = None  # the work, once it has begun
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
-    stages = None  # of `Job`
-
-    def expect(self, task):
-        """Stages of this task, with the time that each takes relative to the others; None if not known."""
-        return self.stages
+    stages = None  # of `Job`; `prepare` sets those of its task where they are not always the same
+    kept = ()  # what is shown so far, in words: it stays where the step is cancelled
 
     def refine(self, context):
         """Show what the work has found so far, in Blender's thread, while it goes on."""
-
-    def name_kept(self):
-        """What is shown of a step that was cancelled, as text; "" if nothing was changed."""
-        return ""
 
     def execute(self, context):
         """Run the step and wait for it."""
@@ -127,7 +120,7 @@ class Step:
         except (InputError, ImportError) as error:
             return refuse(self, error)
         self._scene = context.scene.session_uid
-        self._job = Job(self.bl_label, functools.partial(self.work, task), self.expect(task))
+        self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
         Step.current = self._job
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -135,17 +128,12 @@ class Step:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        """Show progress until the work is done or cancelled."""
+        """Show progress, and what was found so far, until the work is done or cancelled."""
         if event.type == "ESC" and event.value == "PRESS":
             self._job.cancel()
             return {"RUNNING_MODAL"}
-        if event.type == "TIMER":
-            self._show_progress(context)
-            if self._job.dropped or not self._job.running:
-                return self._end(context)
-        return {"PASS_THROUGH"}
-
-    def _show_progress(self, context):
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
         context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
         redraw_panels(context)
         try:
@@ -154,6 +142,7 @@ class Step:
         except InputError as problem:  # the user may have deleted what the step works on
             self._job.cancel(drop=True)
             refuse(self, problem)
+        return self._end(context) if self._job.dropped or not self._job.is_alive() else {"PASS_THROUGH"}
 
     def cancel(self, context):
         """Cancel the work because Blender quits; where a file browser was closed, none has begun."""
@@ -166,10 +155,9 @@ class Step:
         self._leave(context)
         error = self._job.error
         if isinstance(error, CancelledError) or (error is None and self._job.dropped):
-            kept = self.name_kept()
-            told = f"kept: {kept}" if kept else "nothing was changed"
+            told = f"kept: {', '.join(dict.fromkeys(self.kept))}" if self.kept else "nothing was changed"
             self.report({"WARNING"}, f"{self.bl_label} was cancelled; {told}")
-            return {"FINISHED"} if kept else {"CANCELLED"}
+            return {"FINISHED"} if self.kept else {"CANCELLED"}
         try:
             if error is not None:
                 raise error
@@ -207,9 +195,11 @@ class CancelStep(bpy.types.Operator):
 
 
 def refuse(operator, error):
-    """Tell an error; a library that fails to load is not the user's fault, and is named."""
-    note_failure(error)
+    """Tell an error; that a library fails to load is not the user's fault, and the panel keeps it with its cure."""
     prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
+    sentence = f"{prefix}{' '.join(str(error).split())}. {describe_cure()}"
+    if prefix and sentence not in FAILURES:
+        FAILURES.append(sentence)
     operator.report({"ERROR"}, prefix + in_panel_words(error))
     return {"CANCELLED"}
 

@@ -10,8 +10,8 @@ from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
 from .city.classify_city import ClassifyCity, check_place
 from .city.import_city import CityFiles, ImportCity, show_import
-from .city.read_settings import forget_steps, remember_step
-from .light.trace_city import TraceCity, keep_light, read_goal, show_round, work_of_trace
+from .city.read_settings import ASKED, remember_step
+from .light.trace_city import TraceCity, keep_light, read_goal, show_round, stages_of_trace, work_of_trace
 from .result.compute_energy import WeighEnergy
 from .result.summarise import INTERRUPTED
 from .run_step import Step
@@ -42,19 +42,15 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
             raise InputError("Albedo", "the faces have no materials before the city is imported", cure)
         paths, request = CityFiles.prepare(self, context)
         read_goal(context.scene.citypv_seeing, request)
-        self._found, self._shown = SimpleQueue(), []
-        return paths, request, settings_of_look(request) if self.watched else None, self._found
-
-    def expect(self, task):
-        """Stages of all steps; light takes most of the time."""
-        _, request, look, _ = task
-        light, first = (one and TraceCity.expect(None, (None, one, None)) for one in (request, look))
-        if light is None:
-            return None
-        shares = {name: 0.03 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-        work = {f"{STAGE}: {name}": share for name, share in first.items()} if look else {}
-        shares |= {name: share / sum(light.values()) for name, share in (work | light).items()}
-        return shares | {"electricity": 0.05}
+        look = settings_of_look(request) if self.watched else None
+        self._found, self.kept = SimpleQueue(), []
+        light = stages_of_trace(request)
+        if light is not None:  # it takes most of the time
+            shares = {name: 0.03 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
+            first = {f"{STAGE}: {name}": share for name, share in stages_of_trace(look).items()} if look else {}
+            shares |= {name: share / sum(light.values()) for name, share in (first | light).items()}
+            self.stages = shares | {"electricity": 0.05}
+        return paths, request, look, self._found
 
     @staticmethod
     def work(task, progress):
@@ -76,20 +72,8 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
     def refine(self, context):
         """Show the next result, or the next round of the trace."""
-        if not self._found.empty():
-            self._show_next(context)
-
-    def finish(self, context, result):
-        """Show what the steps show, in their order."""
-        while not self._found.empty():
-            self._show_next(context)
-        return self._show_light(context, *result)
-
-    def name_kept(self):
-        """What is shown so far."""
-        return ", ".join(dict.fromkeys(self._shown))
-
-    def _show_next(self, context):
+        if self._found.empty():
+            return
         name, result = self._found.get()
         if name == "buildings":
             show_import(context, *result)
@@ -102,8 +86,15 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
             self._show_light(context, *result)
             city, _ = find_own_city(context.scene, result[0][0])
             city[INTERRUPTED] = TOLD
-            forget_steps(city, "trace", "energy")
-        self._shown.append(name)
+            for step in ("trace", "energy"):
+                city.pop(ASKED + step, None)
+        self.kept.append(name)
+
+    def finish(self, context, result):
+        """Show what the steps show, in their order."""
+        while not self._found.empty():
+            self.refine(context)
+        return self._show_light(context, *result)
 
     def _show_light(self, context, traced, weighed):
         keep_light(context, *traced)

@@ -15,8 +15,8 @@ ROOMS = ("core", "operators", "citypv_addon")
 BLENDER = {"bpy", "bmesh", "mathutils", "bpy_extras", "gpu", "gpu_extras", "blf", "addon_utils"}
 FORBIDDEN = {"core": BLENDER | {"operators", "citypv_addon", "citypv"}}
 ALLOWED = {
-    "operators": BLENDER | {"numpy", "core", "operators", "__main__"},
-    "citypv_addon": BLENDER | {"operators", "citypv_addon"},
+    "operators": BLENDER | {"numpy", "core", "operators"},
+    "citypv_addon": BLENDER | {"operators", "citypv_addon", "__main__"},
 }
 OPTIONAL = {"dask", "distributed", "hdf5plugin", "matplotlib", "rasterio"}  # who lacks them is told so
 

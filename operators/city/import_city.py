@@ -11,15 +11,17 @@ from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
 from ..in_place import (
+    ADDED,
+    BESIDE,
     IDENTITY,
     METRES,
     SEEN,
     TAKEN,
     TAKEN_FROM,
     is_in_place,
+    list_beside,
     list_taken,
     put_in_place,
-    remember_beside,
 )
 from ..members import begin_design, remember_wearers, write_sources
 from ..picture.colour_user_meshes import uncolour_user_meshes
@@ -77,13 +79,10 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the files, and triangulate them for display, without generated ground."""
-        from ...core.read.read_city import read_city
+        from ...core.study import read_buildings
 
         paths, request = task
-        city = read_city(
-            paths, lod=request.lod, unit=request.unit, up=request.up, orient=request.orient, progress=progress
-        )
-        return triangulate_import(city, request, progress)
+        return triangulate_import(read_buildings(paths, request, progress), request, progress)
 
     def finish(self, context, result):
         """Show the buildings."""
@@ -167,7 +166,7 @@ def show_import(context, city, scene, findings, taken=()):
         put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
     begin_design(item, earlier)
-    remember_beside(item)
+    item[BESIDE], item[ADDED] = list_beside(item), ""  # what comes later beside it is an edit
     if not taken:
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)

@@ -5,7 +5,6 @@ A step is done, stale because a setting was changed since, or still to do.
 
 import os
 import sys
-from ast import literal_eval
 
 import bpy
 
@@ -134,20 +133,9 @@ def remember_step(city, step, settings):
     settings : bpy.types.PropertyGroup
     """
     order = list(STEPS)
-    forget_steps(city, *order[order.index(step) + 1 :])
+    for later in order[order.index(step) + 1 :]:
+        city.pop(ASKED + later, None)
     city[ASKED + step] = describe_settings(step, settings)
-
-
-def forget_steps(city, *steps):
-    """Take steps for not done, as with other settings than those of the panel."""
-    for step in steps:
-        city.pop(ASKED + step, None)
-
-
-def asked_path(city):
-    """What the panel had under *City* when a city was imported: a path, or "" if that is not known."""
-    kept = city.get(ASKED + "import")
-    return literal_eval(kept)[STEPS["import"].index("city_path")] if kept else ""
 
 
 def state_of_step(city, step, settings):

@@ -1,6 +1,7 @@
 """Switch between several cities of a file: one is to be seen, the others are hidden."""
 
 import os
+from ast import literal_eval
 from pathlib import Path
 
 import bpy
@@ -8,7 +9,7 @@ import bpy
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.build_meshes import read_vertices
-from ..city.read_settings import asked_path
+from ..city.read_settings import ASKED, STEPS
 from ..in_place import SEEN, is_in_place, list_taken
 from ..members import FAMILY, PUT_AWAY, VARIANT, list_members
 from ..picture.colour_faces import read_scale
@@ -33,9 +34,10 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
         # The chosen one last: others may have coloured the same objects.
         for item in sorted(list_cities(context.scene), key=lambda item: item == chosen):
             show_objects_of(item, visible=item == chosen)
-        taken = is_in_place(chosen)
-        if not taken and asked_path(chosen):
-            context.scene.citypv.city_path = asked_path(chosen)
+        taken, asked = is_in_place(chosen), chosen.get(ASKED + "import")
+        if asked and not taken:  # the panel has the path again that the city was imported from
+            path = literal_eval(asked)[STEPS["import"].index("city_path")]
+            context.scene.citypv.city_path = path or context.scene.citypv.city_path
         same = chosen.get(FAMILY) and chosen.get(FAMILY) == (city.get(FAMILY) if city is not None else None)
         match_view(context, None if taken or same else read_vertices(chosen))
 

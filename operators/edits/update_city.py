@@ -80,7 +80,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     def modal(self, context, event):
         """Wait until the user has finished a newer edit: it may need nothing of this one."""
-        ended = event.type == "TIMER" and not self._job.running
+        ended = event.type == "TIMER" and not self._job.is_alive()
         return {"PASS_THROUGH"} if ended and is_editing(context) else super().modal(context, event)
 
     def refine(self, context):

@@ -31,10 +31,10 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         """Copy, and show the copy."""
         leave_edit_mode(context)
         city[FAMILY] = city.get(FAMILY) or city[IDENTITY]
-        for item in [city] if VARIANT not in city else []:
-            item[VARIANT] = free_letter(context.scene, item)
         copy = copy_variant(city, ground)
-        copy[VARIANT] = free_letter(context.scene, copy)
+        for item in (copy,) if VARIANT in city else (city, copy):
+            used = {one.get(VARIANT) for one in find_variants(context.scene, item) if one != item}
+            item[VARIANT] = next((letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}")
         show_objects_of(city, visible=False)
         show_objects_of(copy, visible=True)
         context.view_layer.update()
@@ -85,12 +85,6 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
         if gone == city:
             show_objects_of(others[-1], visible=True)
         return f"Deleted: variant {text}"
-
-
-def free_letter(stage, city):
-    """The first letter that no variant of a city is called: str."""
-    used = {item.get(VARIANT) for item in find_variants(stage, city) if item != city}
-    return next((letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}")
 
 
 def copy_variant(city, ground):

@@ -127,21 +127,3 @@ HANDLERS = (
     ("load_pre", close_sessions),
     ("frame_change_post", follow_frame),
 )
-
-
-def start_following():
-    """Install the handlers."""
-    for name, follow in HANDLERS:
-        getattr(bpy.app.handlers, name).append(follow)
-    if not bpy.app.background:
-        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
-
-
-def stop_following():
-    """Remove the handlers."""
-    if bpy.app.timers.is_registered(watch):
-        bpy.app.timers.unregister(watch)
-    for name, follow in HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if follow in handlers:
-            handlers.remove(follow)

@@ -174,11 +174,6 @@ def find_preset(settings):
     return next((name for name, row in shown.items() if all(getattr(settings, key) == one for key, one in row)), "")
 
 
-def read_prices(city):
-    """Predictions stored on a city: mapping of preset to (seconds, error [%]); empty without them."""
-    return city.get(PRICES) or {}
-
-
 def describe_price(price):
     """Seconds and error in a few words."""
     seconds, error = price

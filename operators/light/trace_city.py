@@ -39,18 +39,8 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
             request.ground_material = session.ground_material
             names = [session.ground_material, *(session.scene.surfaces.material or [])]
             request.materials, unread = read_finishes(names, session.scene.colours)
-        self._found = SimpleQueue()
+        self._found, self.stages = SimpleQueue(), stages_of_trace(request)
         return session, request, unread, self._found
-
-    def expect(self, task):
-        """Work of each stage: that of the sky also finds what reflects to what, that of the suns has reflections."""
-        _, request, *_ = task
-        if request.estimator == "forward" or request.wants_rounds:
-            return None
-        sky, sun = work_of_trace(request)
-        shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.05, "sky and reflections": 1.0}
-        shares |= {"number of reflections": 0.3, "reflections of the sky": 0.05, "horizon": 0.05}
-        return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
 
     @staticmethod
     def work(task, progress):
@@ -83,6 +73,22 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
             f"Traced {count_of(len(transfer.surfaces), 'surface')} and {count_of(len(transfer.suns), 'sun')}"
         )
         return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
+
+
+def stages_of_trace(request):
+    """Work of each stage of a trace: the sky's also finds what reflects to what, the suns' has reflections.
+
+    Returns
+    -------
+    dict of str to float
+        None where it is not known: of photons, and of rounds.
+    """
+    if request.estimator == "forward" or request.wants_rounds:
+        return None
+    sky, sun = work_of_trace(request)
+    shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.05, "sky and reflections": 1.0}
+    shares |= {"number of reflections": 0.3, "reflections of the sky": 0.05, "horizon": 0.05}
+    return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
 
 
 def work_of_trace(request):
@@ -140,31 +146,28 @@ def trace_rounds(session, weather, request, progress, found):
         What the rays of a single round met, so that the city can be edited.
     """
     from ...core.accuracy.trace_run import weigh_kept_suns
-    from ...core.study import trace_base, trace_scene
+    from ...core.study import compute_energy, prepare_study, trace_base, trace_scene
 
+    scene = session.scene
     if not request.wants_rounds and request.estimator != "gather":
-        return trace_scene(session.scene, weather, request, progress), None
+        return trace_scene(scene, weather, request, progress), None
     if not request.wants_rounds:
-        base = trace_base(session.scene, weather, request, progress)
+        base = trace_base(scene, weather, request, progress)
         if base.transfer.record.interrupted:
             return weigh_kept_suns(base.transfer, weather.axis), None
         return base.transfer, base
     from ...core.commands.run_log import RunLog
     from ...core.commands.simulate import trace_until_interrupted
-    from ...core.light.prepare_scene import prepare_scene
-    from ...core.study import choose_year, compute_energy
 
-    class Log(RunLog):
-        def show(self, transfer):
-            # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
-            energy = compute_energy(transfer, weather, request)
-            found.put(("rounds", (session, replace(transfer, visible_share=None, direct_reflected=None), energy)))
+    def show(transfer):
+        # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
+        energy = compute_energy(transfer, weather, request)
+        found.put(("rounds", (session, replace(transfer, visible_share=None, direct_reflected=None), energy)))
 
-    log = Log(None)
-    log.progress = progress
-    suns = choose_year(weather, request)
-    prepared = prepare_scene(session.scene, request, weather=weather, suns=suns, progress=progress)
-    return trace_until_interrupted(session.scene, weather, request, log, None, prepared=prepared), None
+    log = RunLog(None, progress)
+    log.show = show
+    prepared = prepare_study(scene, weather, request, progress=progress)
+    return trace_until_interrupted(scene, weather, request, log, None, prepared=prepared), None
 
 
 def show_round(context, session, transfer, energy):

@@ -9,7 +9,7 @@ from ..attributes import CHANGE, PREFIX, RESULTS
 from ..city.build_meshes import remove_objects
 from ..members import describe_edit
 from ..result.summarise import INTERRUPTED
-from .colour_faces import MATERIAL, build_plain_material, colours_of_values, write_colours
+from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
 
 INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
@@ -86,7 +86,8 @@ class _Page:
         low, high = corners.min(axis=0), corners.max(axis=0)
         self.scale, self.middle = float(high[1] - low[1]), (low + high) / 2
         self.camera, self.collection = camera, collection
-        self.ink = build_plain_material("CityPV ink", INK)
+        start_emission("CityPV ink")[2].default_value = linear_colour(INK)
+        self.ink = bpy.data.materials["CityPV ink"]
         # Blender's own interface font, packed into the file; its text font where it ships without.
         path = Path(bpy.utils.system_resource("DATAFILES", path="fonts") or "", FONT)
         self.font = bpy.data.fonts.load(str(path), check_existing=True) if path.is_file() else None

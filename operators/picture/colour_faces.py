@@ -118,7 +118,7 @@ def linear_colour(text):
     return (*linear_light(srgb_colour(text)).tolist(), 1.0)
 
 
-def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
+def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
     The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the viewport's solid mode
@@ -130,8 +130,8 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
         Objects as `build_meshes` makes them; the ground may be None.
     attribute : str
         Name without prefix.
-    low, high : float, optional
-        Ends of the scale; where missing, they come from the values (`choose_range`).
+    ends : tuple of two float, optional
+        Of the scale; by default they come from the values (`choose_range`). For a difference zero is in the middle.
     colour_map : str
         A name of `MAPS`.
 
@@ -144,44 +144,40 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
         problem = f"its faces have no {TITLES[attribute].lower()} yet"
         raise InputError(city.name, problem, "run the step that computes it")
     areas = read_array(city.data.polygons, "area")
-    if low is None and high is None and RANGE + attribute in city:
-        low, high = city[RANGE + attribute]
-    elif attribute.startswith(CHANGE):  # zero is in the middle
+    ends = ends or city.get(RANGE + attribute)
+    if attribute.startswith(CHANGE):
         errors = read_face_attribute(city.data, CHANGE_ERROR) if attribute == CHANGE + "full_load_hours" else None
         if errors is not None:  # below two of them a change is grey; what differs by nothing is no noise
             values = np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
         changed = np.nan_to_num(values) != 0
-        ends = np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2)
-        found = choose_range(*ends) if changed.any() else (-1.0, 1.0)
-        half = max(abs(end if given is None else given) for given, end in zip((low, high), found, strict=True))
-        low, high = -half, half
-    elif attribute not in CODES and (low is None or high is None):
-        found = choose_range(values, areas)
-        low, high = (chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
-    scale = build_scale(attribute, low, high, colour_map)
+        if ends is None and changed.any():
+            ends = choose_range(np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2))
+        half = max(map(abs, ends or (1.0,)))
+        ends = -half, half
+    elif attribute not in CODES and ends is None:
+        ends = choose_range(values, areas)
+    scale = build_scale(attribute, *(ends or ()), colour_map=colour_map)
     paint_mesh(city.data, values, scale)
     for key in ("attribute", "low", "high"):
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
     city[PREFIX + "colour_map"] = colour_map
     if ground is not None:
         # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
-        nodes, links, colour = _start_emission(GROUND_MATERIAL)
+        nodes, links, colour = start_emission(GROUND_MATERIAL, ground.data)
         occlusion = nodes.new("ShaderNodeAmbientOcclusion")
         occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
         occlusion.inputs["Color"].default_value = linear_colour(GROUND)
         links.new(occlusion.outputs["Color"], colour)
-        _set_material(ground.data, GROUND_MATERIAL)
         write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
 
 
 def paint_mesh(mesh, values, scale):
     """Give the faces of a mesh the colours of their values, (f,), as they are in any light; grey without a value."""
-    nodes, links, colour = _start_emission(MATERIAL)
+    nodes, links, colour = start_emission(MATERIAL, mesh)
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
     links.new(attribute.outputs["Color"], colour)
-    _set_material(mesh, MATERIAL)
     write_colours(mesh, colours_of_values(scale, values))
 
 
@@ -200,12 +196,6 @@ def show_exact_colours(scene):
     view.view_transform, view.look, view.exposure, view.gamma = "Standard", "None", 0.0, 1.0
 
 
-def build_plain_material(name, colour):
-    """Emission material of one colour (six hexadecimal digits, sRGB)."""
-    _start_emission(name)[2].default_value = linear_colour(colour)
-    return bpy.data.materials[name]
-
-
 def start_nodes(owner, output):
     """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the output."""
     if owner.node_tree is None:
@@ -215,20 +205,19 @@ def start_nodes(owner, output):
     return nodes, owner.node_tree.links, nodes.new(output)
 
 
-def _start_emission(name):
+def start_emission(name, mesh=None):
+    """Emission material that all faces of a mesh show, where one is given: its nodes, links and the colour's input."""
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
     material[PREFIX + "part"] = "colours"  # not a building material
     nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
     emission = nodes.new("ShaderNodeEmission")
     links.new(emission.outputs["Emission"], output.inputs["Surface"])
     output.location = (220, 0)
+    if mesh is not None:
+        mesh.materials.clear()
+        mesh.materials.append(material)
+        mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
     return nodes, links, emission.inputs["Color"]
-
-
-def _set_material(mesh, name):
-    mesh.materials.clear()
-    mesh.materials.append(bpy.data.materials[name])
-    mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
 
 
 def write_colours(mesh, colours):

@@ -58,11 +58,6 @@ def uncolour_user_meshes(city):
     city[WORN], city[STAND_INS] = False, ""
 
 
-def user_meshes_coloured(city):
-    """Whether the colours of a city taken from meshes are shown."""
-    return is_in_place(city) and bool(city.get(WORN))
-
-
 def write_on_mesh(source, mesh, triangles, faces):
     """Write the results of a city's triangles to the faces of a mesh, and their colours.
 

@@ -1,4 +1,4 @@
-"""Blender's part of the command line: `city.blend` and `preview.png` of `citypv simulate`, and its start in Blender."""
+"""Blender's part of the command line: `city.blend` and `preview.png` of `citypv simulate`."""
 
 import ctypes
 import io
@@ -16,24 +16,6 @@ from .colour_faces import colour_faces, show_exact_colours
 from .show_city import place_camera, set_background, show_city
 
 SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
-
-
-def run_command(arguments=None):
-    """Run the command line; inside Blender with the arguments that follow `blender --command citypv`.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        By default those of the process.
-
-    Returns
-    -------
-    int
-        Exit status, see `core.commands.command_line`.
-    """
-    from ...core.commands.command_line import main
-
-    return main(arguments, draw=draw_results)
 
 
 def draw_results(folder, scene, transfer, energy, note, *, pictures):

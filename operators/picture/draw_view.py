@@ -16,7 +16,7 @@ from ..result.select_faces import HIGHLIGHT, read_selection
 from ..session import find_city
 from .build_legend import note_of
 from .colour_faces import colours_of_values, read_scale
-from .colour_user_meshes import user_meshes_coloured
+from .colour_user_meshes import WORN
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with alpha
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
@@ -31,21 +31,6 @@ LETTERS = "JFMAMJJASOND"
 SELECTED = (1.0, 0.35, 0.0, 0.75)
 LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
 
-_handlers = []
-
-
-def start_drawing():
-    """Start drawing legend, charts and highlight in all 3D views."""
-    if not bpy.app.background:
-        for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_charts, "POST_PIXEL"), (draw_highlight, "POST_VIEW")):
-            _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
-
-
-def stop_drawing():
-    """Stop drawing them."""
-    while _handlers:
-        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
-
 
 def find_coloured(switch):
     """The city if its colours are to be seen, on its own faces or on the objects it was taken from, else None.
@@ -58,7 +43,7 @@ def find_coloured(switch):
     city, _ = find_city(context.scene)
     if city is None or not context.space_data.overlay.show_overlays:
         return None
-    return city if (user_meshes_coloured(city) if is_in_place(city) else city.visible_get()) else None
+    return city if (city.get(WORN) if is_in_place(city) else city.visible_get()) else None
 
 
 def draw_legend():
@@ -192,3 +177,6 @@ def draw_highlight():
         batch_for_shader(shader, "TRIS", {"pos": lifted.reshape(-1, 3)}).draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
+
+
+DRAWN = ((draw_legend, "POST_PIXEL"), (draw_charts, "POST_PIXEL"), (draw_highlight, "POST_VIEW"))  # in all 3D views

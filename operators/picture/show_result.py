@@ -46,10 +46,10 @@ def show_result(context, city, ground, attribute):
     city.pop(HIGHLIGHT, None)  # of what was selected or probed on another map
     # Ends that were given for another result mean nothing for this one.
     own = not settings.auto_range and city.get(PREFIX + "colour_attribute") == attribute
-    ends = {"low": settings.low, "high": settings.high} if own else {}
+    ends = (settings.low, settings.high) if own else None
     if own and not settings.low < settings.high:
         raise InputError("Range", f"{settings.low:g} to {settings.high:g} is empty", "give a Low below High")
-    scale = colour_faces(city, ground, attribute, **ends, colour_map=settings.colour_map)
+    scale = colour_faces(city, ground, attribute, ends, settings.colour_map)
     _state["quiet"] = True
     settings.attribute = attribute
     if not scale.classes:

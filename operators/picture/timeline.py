@@ -9,12 +9,13 @@ from mathutils import Vector
 
 from ..attributes import PREFIX, read_face_attribute, remove_face_attributes, write_results, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
+from ..in_place import is_in_place
 from ..light.keep_transfer import OfTransfer, keep_energy
 from ..run_step import Action, Step
 from ..session import find_city, find_own_city, find_session
 from .build_legend import MOMENT
 from .colour_faces import RANGE, colours_of_values, read_scale, start_nodes, write_colours
-from .colour_user_meshes import colour_user_meshes, user_meshes_coloured
+from .colour_user_meshes import WORN, colour_user_meshes
 from .show_result import has_result, show_result
 
 FRAMES, HOURS = 288, 24
@@ -150,7 +151,7 @@ def show_moment(stage):
     shown = city.get(PREFIX + "colour_attribute")
     if shown in TIMED:
         write_colours(city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown)))
-        if user_meshes_coloured(city):
+        if is_in_place(city) and city.get(WORN):
             colour_user_meshes(city)
     light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
     city[MOMENT] = describe_moment(timeline, moment)

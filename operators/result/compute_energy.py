@@ -5,7 +5,7 @@ import numpy as np
 from mathutils import Vector
 
 from ...core.settings.errors import InputError
-from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
+from ..attributes import CHANGE, read_corners, write_results, write_surface_values
 from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.read_settings import remember_step
 from ..light.keep_transfer import OfTransfer, weigh
@@ -15,10 +15,7 @@ from ..session import find_own_city
 from .compare_results import compare_with_before
 from .keep_report import find_faces
 from .select_faces import select_faces
-from .summarise import KWP, sum_totals, summarise_energy
-
-BEST = PREFIX + "best"  # property of the city
-MOST = 20
+from .summarise import BEST, KWP, summarise_energy
 
 
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
@@ -34,26 +31,26 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         from ...core.accuracy.yield_errors import seconds_to_halve
         from ...core.energy.energy import kwp_of_hours
         from ...core.energy.pv_system import build_system
+        from ...core.results.write_buildings import sum_buildings
+        from ...core.results.write_summary import sum_totals
         from ...core.weather.weather import describe_distance
 
         session, kept, request = task
         weather, energy = weigh(session, kept, request, progress)
-        system = build_system(request)
-        kwp = kwp_of_hours(np.asarray(session.transfer.surfaces.area), energy, system)
-        best = rank_buildings(session, weather, energy, system)
-        totals = sum_totals(session.transfer, energy, request), best, kwp
-        seconds = seconds_to_halve(session.transfer, weather, energy)
-        return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals, seconds)
+        transfer, system = session.transfer, build_system(request)
+        kwp = kwp_of_hours(np.asarray(transfer.surfaces.area), energy, system)
+        told = {"place": describe_distance(weather, transfer.site), "whole": sum_totals(transfer, energy, system)}
+        told["buildings"] = sum_buildings(transfer, energy, system, weather)
+        return session, weather, energy, request, (told, kwp, seconds_to_halve(transfer, weather, energy))
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, request, (place, (totals, best, kwp), seconds) = result
+        session, weather, energy, request, (told, kwp, seconds) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy, session.request = weather, energy, request
         write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
-        text = summarise_energy(city, weather, energy, place, totals)
-        city[BEST] = ["|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)]) for name, *row in best]
+        text = summarise_energy(city, weather, energy, **told)
         city[KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
@@ -90,29 +87,6 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         return f"{name}{told}"
 
 
-def rank_buildings(session, weather, energy, system):
-    """Buildings with the most energy, as buildings.csv has them.
-
-    Parameters
-    ----------
-    session : Session
-        With its transfer.
-    weather : core.weather.weather.Weather
-    energy : core.energy.energy.Energy
-    system : core.energy.pv_system.PvSystem
-
-    Returns
-    -------
-    list of tuple
-        Id, power [kWp], energy [MWh per year]; with several years of weather also P50 and P90.
-    """
-    from ...core.results.write_buildings import sum_buildings
-
-    table = sum_buildings(session.transfer, energy, system, weather).nlargest(MOST, "mwh_per_year")
-    columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
-    return list(table[table["kwp"] > 0].reindex(columns=columns).dropna(axis=1).itertuples(index=False, name=None))
-
-
 def read_best(city):
-    """Best buildings of a city, rows of `rank_buildings` as text: list of tuple; empty before the energy."""
+    """Best buildings of a city, as `summarise_energy` stores them: list of tuple of str; empty before the energy."""
     return [tuple(row.split("|")) for row in city.get(BEST, ())]

@@ -59,10 +59,10 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         if self.filepath or bpy.app.background:
             return super().invoke(context, event)
         try:
-            self.prepare(context)
+            *_, path, _ = self.prepare(context)
         except InputError as error:
             return refuse(self, error)
-        self.filepath, self.filter_glob = str(suggest_path(self.format)), f"*{Path(FILES[self.format][0]).suffix}"
+        self.filepath, self.filter_glob = str(path), f"*{path.suffix}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -78,7 +78,9 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         earlier = find_session(before)
         if self.format in COMPARED and (session.scene is None or earlier is None or earlier.energy is None):
             raise InputError(city.name, "it is compared with nothing", "edit it, or keep a result as before")
-        path = Path(bpy.path.abspath(self.filepath or str(suggest_path(self.format))))
+        # Beside the .blend file, else in the temporary folder.
+        folder = Path(bpy.data.filepath).parent if bpy.data.filepath else bpy.app.tempdir or tempfile.gettempdir()
+        path = Path(bpy.path.abspath(self.filepath or str(Path(folder, FILES[self.format][0]))))
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
         names = [str(item.get(VARIANT, item.name)) for item in (before, city) if item is not None]
@@ -104,12 +106,6 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         if name in ("report", "comparison") and not bpy.app.background:
             bpy.ops.wm.url_open(url=path.as_uri())
         return f"Written: {path}"
-
-
-def suggest_path(name):
-    """Path for a format: beside the .blend file, else in the temporary folder."""
-    folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir or tempfile.gettempdir())
-    return folder / FILES[name][0]
 
 
 def write_results(session, name, path, progress=silent):

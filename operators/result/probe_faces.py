@@ -62,9 +62,15 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         check_unedited(city)
         session, selected = reopen_session(city), gather_selection(context, city)
         keep_energy(session, find_kept(city), read_settings(context.scene.citypv))
-        rows = find_surfaces(city, self.face, selected, whole=self.whole)
+        surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
+        if self.face >= len(surface):
+            raise InputError(city.name, f"it has no face {self.face}", f"give 0 to {len(surface) - 1}")
+        chosen = selected if self.face < 0 else np.arange(len(surface)) == self.face
+        if not chosen.any():
+            raise InputError(city.name, "no faces are selected", "select faces, or click on one")
+        rows = np.unique(surface[np.isin(building, building[chosen]) if self.whole else chosen])
         city[PROBE], city[CHARTS] = describe_surfaces(session, rows), chart_surfaces(session, rows).tolist()
-        select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
+        select_faces(context, city, np.isin(surface, rows))
         return ", ".join(line.replace("|", " ") for line in city[PROBE])
 
 
@@ -92,34 +98,6 @@ def hit_face(context, origin, direction):
     _, _, nearest, _ = BVHTree.FromBMesh(shape).find_nearest(city.matrix_world.inverted() @ place, NEAR)
     shape.free()
     return -1 if nearest is None else nearest
-
-
-def find_surfaces(city, face, selected, *, whole=False):
-    """Surfaces to probe: (k,) int.
-
-    Parameters
-    ----------
-    city : bpy.types.Object
-    face : int
-        -1: those of the selected faces.
-    selected : (f,) bool
-    whole : bool
-        All surfaces of their buildings.
-
-    Raises
-    ------
-    InputError
-        No face is selected, or there is no such face.
-    """
-    surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
-    if face >= len(surface):
-        raise InputError(city.name, f"it has no face {face}", f"give 0 to {len(surface) - 1}")
-    chosen = selected if face < 0 else np.arange(len(surface)) == face
-    if not chosen.any():
-        raise InputError(city.name, "no faces are selected", "select faces, or click on one")
-    if whole:
-        chosen = np.isin(building, building[chosen])
-    return np.unique(surface[chosen])
 
 
 def describe_surfaces(session, rows):

@@ -10,23 +10,15 @@ GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
 KWP = PREFIX + "kwp"  # of each surface
 COMPARISON, FOUND = PREFIX + "compared", PREFIX + "matched"  # before and after: tables as JSON, and a sentence
-OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND)
-OF_ENERGY += tuple(PREFIX + name for name in ("probe", "best", "charts"))
+BEST = PREFIX + "best"  # buildings with the most energy: id, power [kWp], energy [MWh per year], P50 and P90 of years
+OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND, BEST)
+OF_ENERGY += tuple(PREFIX + name for name in ("probe", "charts"))
+MOST = 20  # of the best buildings
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
-def sum_totals(transfer, energy, request):
-    """Power, energy and hours of all eligible surfaces and of each kind, as in summary.json: dict of dicts."""
-    from ...core.energy.pv_system import build_system
-    from ...core.results.read_results import TITLES
-    from ...core.results.write_summary import sum_totals as sum_whole
-
-    whole = sum_whole(transfer, energy, build_system(request))
-    return {"All": whole} | {TITLES[kind]: one for kind, one in whole["kinds"].items()}
-
-
-def summarise_energy(item, weather, energy, place, totals):
-    """Store annual full load hours of each group and totals on the object; return a sentence.
+def summarise_energy(item, weather, energy, *, place, whole, buildings):
+    """Store annual full load hours of each group, totals and the best buildings on the object; return a sentence.
 
     Parameters
     ----------
@@ -35,9 +27,14 @@ def summarise_energy(item, weather, energy, place, totals):
     energy : core.energy.energy.Energy
     place : str
         Where the weather comes from, if from elsewhere (`core.weather.weather.describe_distance`).
-    totals : dict
-        Of `sum_totals`; as rows: surfaces, kWp, MWh per year, hours per year.
+    whole : dict
+        Power, energy and hours of all eligible surfaces and of each kind, of `core.results.write_summary.sum_totals`.
+    buildings : pandas.DataFrame
+        Of `core.results.write_buildings.sum_buildings`.
     """
+    from ...core.results.read_results import TITLES
+
+    totals = {"All": whole} | {TITLES[kind]: one for kind, one in whole["kinds"].items()}
     item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
     rows = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
@@ -46,12 +43,18 @@ def summarise_energy(item, weather, energy, place, totals):
     item[TOTALS] = rows + [
         f"P{share} of {energy.years:g} years|–|{value:,.0f}|–"
         for share in (50, 90)
-        if (value := totals["All"].get(f"p{share}_mwh_per_year")) is not None
+        if (value := whole.get(f"p{share}_mwh_per_year")) is not None
     ]
     annual = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
     item[GROUPS] = [
         f"{kind} {orientation}|{count}|{value:,.0f}"
         for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
+    ]
+    columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
+    best = buildings[buildings["kwp"] > 0].nlargest(MOST, "mwh_per_year").reindex(columns=columns).dropna(axis=1)
+    item[BEST] = [
+        "|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)])
+        for name, *row in best.itertuples(index=False, name=None)
     ]
     item[WEATHER], item[PLACE] = weather.label, place
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0

@@ -117,7 +117,7 @@ def test_zero_is_in_the_middle_and_noise_is_grey(shown, change, end):
     )
     red, _, blue = colours[changed]
     assert np.sign(red - blue) == np.sign(change)  # brown gains, blue loses
-    assert (colour_faces(city, ground, CHANGE, low=-10.0, high=20.0).low) == -20.0
+    assert (colour_faces(city, ground, CHANGE, (-10.0, 20.0)).low) == -20.0
 
 
 def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, tmp_path):

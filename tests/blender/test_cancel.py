@@ -94,7 +94,7 @@ def job_that_keeps(cancels):
     assert begun.wait(10)
     for _ in range(cancels):
         job.cancel()
-    job._thread.join()
+    job.join()
     return job
 
 
@@ -119,15 +119,16 @@ def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
     """After Esc once it waits for the next report, since something may be kept."""
     going, tick = threading.Event(), SimpleNamespace(type="TIMER", value="NOTHING")
     step = make_step(Job("Trace light", lambda progress: going.wait(60)))
-    step._show_progress = lambda context: None
+    nothing = SimpleNamespace(windows=[], status_text_set=lambda text: None)
+    window = SimpleNamespace(scene=bpy.context.scene, workspace=nothing, window_manager=nothing)
     step._job.start()
     step._job.cancel()
-    assert step.modal(bpy.context, tick) == {"PASS_THROUGH"}
+    assert step.modal(window, tick) == {"PASS_THROUGH"}
     step._job.cancel()
-    assert step.modal(bpy.context, tick) == {"CANCELLED"}
-    assert step._job.running and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
+    assert step.modal(window, tick) == {"CANCELLED"}
+    assert step._job.is_alive() and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
     going.set()
-    step._job._thread.join()
+    step._job.join()
 
 
 # -- cancelled while files are read: nothing is there that was not there before --

@@ -23,7 +23,7 @@ def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
 
     before, job = niceness(), Job("Trace light", work)
     job.start()
-    job._thread.join()
+    job.join()
     assert job.error is None
     expected = min(before + NICENESS, LARGEST)
     assert job.result == (expected, expected)

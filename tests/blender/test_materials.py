@@ -6,7 +6,7 @@ from steps import here, refuse, run, session_here
 
 from citypv.core.patches.materials import MaterialSpec
 from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
-from citypv.operators.picture.colour_faces import build_plain_material
+from citypv.operators.picture.colour_faces import start_emission
 from citypv.operators.result.keep_report import find_row
 
 RED = (0.5, 0.2, 0.1)
@@ -181,7 +181,8 @@ def test_slots_of_the_object_overrule_those_of_the_mesh_and_our_own_colours_are_
     assert name_face_materials(item, item.data) == [""]
     item.material_slots[1].material = clay
     assert name_face_materials(item, item.data) == ["clay"]
-    item.material_slots[1].material = build_plain_material("CityPV missing", "8f8f8c").copy()
+    start_emission("CityPV missing")
+    item.material_slots[1].material = bpy.data.materials["CityPV missing"].copy()
     assert name_face_materials(item, item.data) == [""]
 
 

@@ -11,13 +11,15 @@ import pytest
 from steps import here, refuse, run
 
 from citypv.core.energy.pv_system import build_system
+from citypv.core.results.write_buildings import sum_buildings
+from citypv.core.results.write_summary import sum_totals
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
-from citypv.operators.result.compute_energy import rank_buildings
+from citypv.operators.result.compute_energy import read_best
 from citypv.operators.result.probe_faces import describe_surfaces
-from citypv.operators.result.summarise import sum_totals, summarise_energy
+from citypv.operators.result.summarise import summarise_energy
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
 from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
@@ -69,15 +71,20 @@ def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, c
     city, session = here(), find_session(here())
     hours = session.energy.full_load_hours
     energy = replace(session.energy, full_load_hours_by_year=np.stack([0.9 * hours, 1.1 * hours], axis=1), years=2.0)
-    totals = sum_totals(session.transfer, energy, session.request)
-    summarise_energy(city, session.weather, energy, "", totals)
-    mwh = totals["All"]["mwh_per_year"]
+    system = build_system(session.request)
+    whole = sum_totals(session.transfer, energy, system)
+    buildings = sum_buildings(session.transfer, energy, system, session.weather)
+    summarise_energy(city, session.weather, energy, place="", whole=whole, buildings=buildings)
+    mwh = whole["mwh_per_year"]
     assert city["citypv_totals"][-2:] == [f"P50 of 2 years|–|{mwh:,.0f}|–", f"P90 of 2 years|–|{0.9 * mwh:,.0f}|–"]
     # And each building: in the list of the best, and where it is probed.
-    best = rank_buildings(session, session.weather, energy, build_system(session.request))
-    for _, _, year, half, nine in best:
-        assert (half, nine) == pytest.approx((year, 0.9 * year))
-    session.energy, (name, _, mwh, *_) = energy, best[0]
+    for name, kwp, year, half, nine in read_best(city):
+        (row,) = buildings[buildings["building_id"] == name].itertuples()
+        assert (row.p50_mwh_per_year, row.p90_mwh_per_year) == pytest.approx((row.mwh_per_year, 0.9 * row.mwh_per_year))
+        told = row.kwp, row.mwh_per_year, row.p50_mwh_per_year, row.p90_mwh_per_year
+        assert (kwp, year, half, nine) == tuple(f"{one:,.1f}" for one in told)
+    session.energy, (name, *_) = energy, read_best(city)[0]
+    mwh = float(buildings["mwh_per_year"].max())
     rows = np.flatnonzero(np.array(session.transfer.surfaces.building_id) == name)
     told = dict(line.split("|") for line in describe_surfaces(session, rows))
     assert (told["P50"], told["P90"]) == (f"{mwh:,.2f} MWh per year", f"{0.9 * mwh:,.2f} MWh per year")
@@ -122,7 +129,7 @@ def test_materials_need_an_imported_city(quick, city_file):
 
 # -- in a window: each result is shown while the next one is computed, and kept when the step is cancelled --
 
-BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_light")
+BODIES = ("refine", "finish", "_show_light")
 
 
 @pytest.fixture
@@ -132,7 +139,7 @@ def watched(addon, city_file):
     request = read_settings(addon)
     # The bodies of the operator, which only Blender can make.
     step = type("Stand", (Step,), {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"})()
-    step._found, step._shown, step.told = SimpleQueue(), [], []
+    step._found, step.kept, step.told = SimpleQueue(), [], []
     step.report = lambda level, text: step.told.append((level, text))
     return step, ([str(city_file)], request, settings_of_look(request), step._found)
 
@@ -146,7 +153,7 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
         step.refine(bpy.context)
         city = here()
         if city is not None:
-            seen[step._shown[-1]] = (city.get("citypv_colour_attribute"), city.get("citypv_interrupted"))
+            seen[step.kept[-1]] = (city.get("citypv_colour_attribute"), city.get("citypv_interrupted"))
 
     result = SolarCity.work(task, progress)
     assert list(seen) == ["buildings", "kinds", "first look"]
@@ -181,10 +188,9 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
 
     with pytest.raises(CancelledError):
         SolarCity.work(task, progress)
-    assert step.name_kept() == (kept or "buildings, kinds, first look")
     step._job, step._leave = SimpleNamespace(error=CancelledError()), lambda context: None
     assert step._end(bpy.context) == {"FINISHED"}
-    assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {step.name_kept()}")]
+    assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {kept or 'buildings, kinds, first look'}")]
     if kept is None:  # its light can be weighed with other weather, and traced as the settings say
         run("energy", "trace", weather="clear-sky")
     elif kept == "buildings":
