@@ -1,13 +1,12 @@
-"""Parts that the panels of all steps have: buttons with progress, settings, sentences, the report, failures."""
+"""Parts that the panels of all steps have: buttons with progress, settings, sentences, rows of the report."""
 
 import textwrap
 
-from ..operators.check_libraries import FAILURES
 from ..operators.city.declare_settings import AUTO
 from ..operators.in_place import AGAINST, IDENTITY
 from ..operators.members import VARIANT
 from ..operators.result.compare_results import find_variants
-from ..operators.result.keep_report import REPORT, describe_row, read_rows
+from ..operators.result.keep_report import describe_row, read_rows
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
 
@@ -86,24 +85,10 @@ def draw_bar(layout, text):
     row.operator("citypv.cancel", text="", icon="CANCEL")
 
 
-def draw_lines(layout, city, key, icon="NONE"):
-    """Show a sentence that a step stored on the city."""
-    if city.get(key):
-        draw_sentence(layout.box().column(align=True), city[key], icon)
-
-
-def draw_report(layout, city):
-    """Show the import report, and its buttons."""
-    if REPORT not in city:
-        return
-    box = layout.box().column(align=True)
-    for sentence in city[REPORT]:
-        draw_sentence(box, sentence)
-    layout.operator("citypv.show_report", icon="TEXT")
-    row = layout.row(align=True)
-    row.operator("citypv.select_buildings", icon="HOME")
-    row.operator("citypv.deselect", text="", icon="X")
-    draw_rows(layout, city, ("class", "material", *FOUND))
+def draw_told(layout, sentence, icon="NONE"):
+    """Show a sentence in a box of its own; nothing where there is none."""
+    if sentence:
+        draw_sentence(layout.box().column(align=True), sentence, icon)
 
 
 def draw_sentence(column, sentence, icon="NONE"):
@@ -114,14 +99,22 @@ def draw_sentence(column, sentence, icon="NONE"):
 
 
 def draw_rows(layout, city, headings):
-    """Show the rows of headings, each in a collapsible subpanel."""
+    """Show the report's rows of headings, each in a subpanel: groups with what they count, findings with their ids."""
     for heading in headings:
-        rows = read_rows(city, heading)
-        if not rows:
-            continue
-        body = open_panel(layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED)
+        rows, found = read_rows(city, heading), heading in FOUND
+        body = rows and open_panel(layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED)
         for row in rows if body else ():
-            draw_row(body.column(align=True), row)
+            column = body.column(align=True)
+            line = column.row(align=True) if found else column.split(factor=0.42)
+            if found and not len(row["surfaces"]):  # what was left out has no faces to select
+                line.label(text=row["name"])
+            else:
+                line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+            if found:
+                line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
+                column.label(text=describe_row(row))
+            else:
+                draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))
 
 
 def open_panel(layout, name, title, *, closed=True):
@@ -131,30 +124,9 @@ def open_panel(layout, name, title, *, closed=True):
     return body
 
 
-def draw_row(column, row):
-    """Show a group with what it counts, or a finding with its ids; what was left out has no faces to select."""
-    found = row["heading"] in FOUND
-    line = column.row(align=True) if found else column.split(factor=0.42)
-    if found and not len(row["surfaces"]):
-        line.label(text=row["name"])
-    else:
-        line.operator("citypv.select_group", text=row["name"]).group = row["key"]
-    if found:
-        line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
-        column.label(text=describe_row(row))
-    else:
-        draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))
-
-
 def draw_numbers(cells, numbers):
     """Show texts in cells, to the right."""
     for text in numbers:
         place = cells.row()
         place.alignment = "RIGHT"
         place.label(text=text)
-
-
-def draw_failures(layout):
-    """Show each failure with its cure; nothing where all is well."""
-    for sentence in FAILURES:
-        draw_sentence(layout.box().column(align=True), sentence, icon="ERROR")

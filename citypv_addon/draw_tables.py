@@ -1,17 +1,14 @@
-"""Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
+"""Tables of the panel: totals, who gains and who loses, presets with prices, effects with decisions."""
 
 from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.light.plan_trace import ITEMS, PRICES, describe_price, find_preset, read_plan
-from ..operators.result.compare_results import percent_of, read_comparison, show_end, write_energy, write_row
-from ..operators.result.compute_energy import read_best
-from ..operators.result.probe_faces import PROBE, read_charts
+from ..operators.result.compare_results import percent_of, read_comparison, write_energy, write_row
 from ..operators.result.summarise import COMPARISON
-from .draw_steps import draw_numbers, draw_sentence, open_panel
+from .draw_steps import draw_numbers, draw_sentence
 
 PAGE = 12  # buildings on a page
-MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
 
 
@@ -25,41 +22,6 @@ def draw_table(layout, city, key, head):
             line = grid.row()
             line.alignment = "RIGHT" if place else "LEFT"
             line.label(text=cell)
-
-
-def draw_probed(layout, city):
-    """Show what was probed, the months as bars."""
-    charts = read_charts(city)
-    if charts is None:
-        return
-    column = layout.box().column(align=True)
-    for name, value in (row.split("|") for row in city[PROBE]):
-        line = column.split(factor=0.42)
-        line.label(text=name)
-        draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
-    largest, bars = max(charts[0].max(), 1e-9), layout.box().column(align=True)
-    for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
-        line = bars.split(factor=0.16)
-        line.label(text=month)
-        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=f"{value:,.2f} MWh")
-
-
-def draw_best(layout, city):
-    """Show the buildings with the most energy; their buttons select them and move the view to them."""
-    best = read_best(city)
-    body = open_panel(layout, "citypv_best", "Best buildings, per year") if best else None
-    if not body:
-        return
-    column = body.column(align=True)
-    for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best]:
-        line = column.split(factor=0.45)
-        if name:
-            line.operator("citypv.show_building", text=show_end(name, 18)).building = name
-        else:
-            line.label(text="Building")
-        draw_numbers(line.grid_flow(row_major=True, columns=2, align=True), (kwp, mwh))
-        if years:
-            draw_numbers(column.row(align=True), ("P50 {}, P90 {}".format(*years),))
 
 
 def draw_comparison(layout, city, seeing):

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.check_libraries import FAILURES
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import STEPS, state_of_step
@@ -10,25 +11,30 @@ from ..operators.members import describe_edit
 from ..operators.picture.build_legend import MOMENT, PREVIEW
 from ..operators.picture.show_result import find_before, has_result
 from ..operators.picture.timeline import FRAMES
+from ..operators.result.compare_results import show_end
+from ..operators.result.compute_energy import read_best
+from ..operators.result.keep_report import REPORT
+from ..operators.result.probe_faces import PROBE, read_charts
 from ..operators.result.summarise import FOUND
 from ..operators.run_step import Step
 from ..operators.session import find_city
+from .draw_steps import FOUND as FINDINGS
 from .draw_steps import (
     draw_bar,
     draw_cities,
-    draw_failures,
-    draw_lines,
-    draw_report,
+    draw_numbers,
     draw_rows,
     draw_running,
     draw_sentence,
     draw_settings,
     draw_step,
+    draw_told,
     draw_variants,
     open_panel,
 )
-from .draw_tables import draw_best, draw_comparison, draw_effects, draw_presets, draw_probed, draw_table
+from .draw_tables import draw_comparison, draw_effects, draw_presets, draw_table
 
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
 
@@ -50,7 +56,8 @@ class MainPanel(_Panel, bpy.types.Panel):
 
     def draw(self, context):
         """Show the running step, or what to do first."""
-        draw_failures(self.layout)
+        for failure in FAILURES:
+            draw_told(self.layout, failure, "ERROR")
         head = self.layout.column()
         column, settings, city = self.start(context)
         if Step.current is not None and Step.current.title != "Solar city":
@@ -65,13 +72,12 @@ class MainPanel(_Panel, bpy.types.Panel):
             column.operator("citypv.berlin_example", icon="WORLD")
         edit, cure = describe_edit(city)
         if edit and (Step.current is None or Step.current.title != "Update"):
-            told = f"Results are of before the last edit: {edit}; {cure}"
-            draw_sentence(self.layout.box().column(align=True), told, "ERROR")
+            draw_told(self.layout, f"Results are of before the last edit: {edit}; {cure}", "ERROR")
         draw_table(self.layout, city, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
-        draw_lines(self.layout, city, "citypv_interrupted", icon="INFO")
+        draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
         missing = describe_missing(city)
+        draw_told(self.layout, missing, "ERROR")
         if missing:
-            draw_sentence(self.layout.box().column(align=True), missing, "ERROR")
             self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
         draw_cities(self.layout, context)
 
@@ -103,7 +109,7 @@ class ImportPanel(_Step, bpy.types.Panel):
     bl_idname, bl_label, bl_order = "CITYPV_PT_import", "1  Import", 4
 
     def draw(self, context):
-        """Show the settings of the step."""
+        """Show the settings of the step, and the report with its buttons."""
         column, settings, city = self.start(context)
         draw_settings(column, settings, "lod", *settings_of_panel("import"))
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
@@ -111,7 +117,16 @@ class ImportPanel(_Step, bpy.types.Panel):
         if meshes:
             meshes.prop(settings, "collection")
             draw_step(self.layout, meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
-        draw_report(self.layout, city)
+        if REPORT not in city:
+            return
+        box = self.layout.box().column(align=True)
+        for sentence in city[REPORT]:
+            draw_sentence(box, sentence)
+        self.layout.operator("citypv.show_report", icon="TEXT")
+        row = self.layout.row(align=True)
+        row.operator("citypv.select_buildings", icon="HOME")
+        row.operator("citypv.deselect", text="", icon="X")
+        draw_rows(self.layout, city, ("class", "material", *FINDINGS))
 
 
 class ClassifyPanel(_Step, bpy.types.Panel):
@@ -157,7 +172,7 @@ class TracePanel(_Step, bpy.types.Panel):
         draw_settings(column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ()))
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_table(self.layout, city, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
-        draw_lines(self.layout, city, "citypv_unread")
+        draw_told(self.layout, city.get("citypv_unread"))
 
 
 class EnergyPanel(_Step, bpy.types.Panel):
@@ -177,8 +192,8 @@ class EnergyPanel(_Step, bpy.types.Panel):
             draw_effects(effects, city, settings, ELECTRIC)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
         draw_table(self.layout, city, "citypv_groups", ("Group", "Count", "Hours"))
-        draw_lines(self.layout, city, "citypv_weather")
-        draw_lines(self.layout, city, "citypv_weather_place", icon="ERROR")
+        draw_told(self.layout, city.get("citypv_weather"))
+        draw_told(self.layout, city.get("citypv_weather_place"), "ERROR")
 
 
 class ProbePanel(_Result, bpy.types.Panel):
@@ -187,11 +202,23 @@ class ProbePanel(_Result, bpy.types.Panel):
     bl_idname, bl_label, bl_order = "CITYPV_PT_probe", "Probe", 2
 
     def draw(self, context):
-        """Show what the probed surfaces yield."""
+        """Show what the probed surfaces yield, the months as bars."""
         column, settings, city = self.start(context)
         column.operator("citypv.probe", icon="EYEDROPPER")
         column.prop(settings, "show_charts")
-        draw_probed(self.layout, city)
+        charts = read_charts(city)
+        if charts is None:
+            return
+        box = self.layout.box().column(align=True)
+        for name, value in (row.split("|") for row in city[PROBE]):
+            line = box.split(factor=0.42)
+            line.label(text=name)
+            draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
+        largest, bars = max(charts[0].max(), 1e-9), self.layout.box().column(align=True)
+        for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
+            line = bars.split(factor=0.16)
+            line.label(text=month)
+            line.progress(factor=min(max(value / largest, 0.0), 1.0), text=f"{value:,.2f} MWh")
 
 
 class ResultsPanel(_Result, bpy.types.Panel):
@@ -200,9 +227,20 @@ class ResultsPanel(_Result, bpy.types.Panel):
     bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 1
 
     def draw(self, context):
-        """Show the best buildings, and what can be written."""
+        """Show the best buildings, with buttons that select them and look at them, and what can be written."""
         column, _, city = self.start(context)
-        draw_best(column, city)
+        best = read_best(city)
+        body = best and open_panel(column, "citypv_best", "Best buildings, per year")
+        table = body.column(align=True) if body else None
+        for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best] if body else ():
+            line = table.split(factor=0.45)
+            if name:
+                line.operator("citypv.show_building", text=show_end(name, 18)).building = name
+            else:
+                line.label(text="Building")
+            draw_numbers(line.grid_flow(row_major=True, columns=2, align=True), (kwp, mwh))
+            if years:
+                draw_numbers(table.row(align=True), ("P50 {}, P90 {}".format(*years),))
         column.operator_menu_enum("citypv.export", "format", icon="EXPORT")
         draw_running(self.layout, "Export")
 
@@ -221,7 +259,7 @@ class ColourPanel(_Step, bpy.types.Panel):
             draw_sentence(column.column(align=True), "Not computed yet: run the steps above", "INFO")
         elif ends and not settings.low < settings.high:
             column.label(text="Low must be below High", icon="ERROR")
-        draw_lines(self.layout, city, "citypv_stand_ins")
+        draw_told(self.layout, city.get("citypv_stand_ins"))
         column.operator("citypv.colour", icon="COLOR")
         column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
 
@@ -240,7 +278,7 @@ class TimelinePanel(_Result, bpy.types.Panel):
         if not seeing.timeline:
             return
         column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
-        draw_lines(column, city, MOMENT)
+        draw_told(column, city.get(MOMENT))
         column.operator("citypv.stop_timeline", icon="X")
 
 
@@ -267,7 +305,7 @@ class ComparePanel(_Result, bpy.types.Panel):
         column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
         column.prop(context.scene.citypv_seeing, "side_by_side")
         draw_comparison(self.layout, city, context.scene.citypv_seeing)
-        draw_lines(self.layout, city, FOUND)
+        draw_told(self.layout, city.get(FOUND))
         self.layout.operator("citypv.forget_before", icon="X")
 
 

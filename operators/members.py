@@ -15,7 +15,6 @@ from ..core.settings.errors import InputError
 from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 from .in_place import (
     ADDED,
-    BESIDE,
     BUILDINGS,
     FACE,
     IDENTITY,
@@ -27,7 +26,6 @@ from .in_place import (
     TAKEN_FROM,
     WEARERS,
     is_in_place,
-    list_beside,
     list_taken,
 )
 from .session import find_session
@@ -218,13 +216,6 @@ def write_sources(city, surface_id):
     own = sources[read_face_attribute(city.data, "surface")]
     write_face_attribute(city.data, OBJECT, own[:, 0])
     write_face_attribute(city.data, FACE, own[:, 1])
-
-
-def describe_added(city):
-    """What was put beside a city since it was imported or taken, and is not part of it, in words; "" if nothing."""
-    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
-    some = f"{added[0]}{f' and {len(added) - 1} more' if len(added) > 1 else ''}" if added else ""
-    return f"{some} {'are' if len(added) > 1 else 'is'} not part of the city" if some else ""
 
 
 def describe_edit(city):

@@ -8,7 +8,7 @@ import bpy
 
 from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
-from .city.classify_city import ClassifyCity, check_place
+from .city.classify_city import ClassifyCity
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import ASKED, remember_step
 from .light.trace_city import TraceCity, keep_light, read_goal, show_round, stages_of_trace, work_of_trace
@@ -59,7 +59,6 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         imported = ImportCity.work((paths, request), progress)
         found.put(("buildings", imported))
         session = Session(city=imported[0], imported=imported[0])
-        check_place(session.city, request)
         _, *classified = ClassifyCity.work((session, None, request), progress)
         found.put(("kinds", classified))
         session, *_ = classified

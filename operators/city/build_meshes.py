@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.city.scene import surface_of_triangles
+from ...core.city.scene import Site, surface_of_triangles
 from ..attributes import PREFIX, read_array, write_face_attribute
 from ..session import find_city
 
@@ -72,8 +72,6 @@ def _build_object(name, part, scene, chosen):
 
 def site_of(item):
     """Origin of the mesh of a city, and the direction of its axes, in the system of its files: core.city.scene.Site."""
-    from ...core.city.scene import Site
-
     origin = [float(value) for value in item[PREFIX + "origin"]]
     return Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
 

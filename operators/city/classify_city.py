@@ -43,23 +43,25 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
     stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}
 
     def prepare(self, context):
-        """Take the city, once its place on Earth is known."""
+        """Take the city as it is seen, and the settings."""
         city, ground = find_city(context.scene)
         if city.get(ADDED):
             check_unedited(city)
         session, request = find_session(city), read_settings(context.scene.citypv)
-        check_place(session.city, request)
         leave_edit_mode(context)
         remember_materials(city, ground, session)
         return session, read_seen(context, city, session) if has_edits(city) else None, request
 
     @staticmethod
     def work(task, progress):
-        """Put the city on its ground (local axes, triangles, kinds), and find covered surfaces."""
+        """Put the city on its ground, once its place on Earth is known: axes, triangles, kinds, covered surfaces."""
         from ...core.results.list_findings import list_findings
         from ...core.study import stand_city
 
         session, seen, request = task
+        if session.city.crs is None and (request.latitude is None or request.longitude is None):
+            cure = "enable Own location in step Classify, and give latitude and longitude"
+            raise InputError("City", "its location on Earth is unknown", cure)
         imported, city = seen.make() if seen else (session.imported, session.city)
         scene = stand_city(city, request, partial(report_polygons, progress, CLASSIFYING, len(city)))
         compile_loops(progress)
@@ -119,20 +121,3 @@ def show_kinds(context, before, session, findings, seen=None):
     open_session(item, session)
     keep_report(item, scene, findings)
     show_result(context, item, ground, "kind")
-
-
-def check_place(city, request):
-    """Raise an error if nothing tells where a city stands on Earth.
-
-    Parameters
-    ----------
-    city : core.city.city.City
-    request : core.request.Request
-
-    Raises
-    ------
-    InputError
-    """
-    if city.crs is None and (request.latitude is None or request.longitude is None):
-        cure = "enable Own location in step Classify, and give latitude and longitude"
-        raise InputError("City", "its location on Earth is unknown", cure)

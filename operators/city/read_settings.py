@@ -9,6 +9,7 @@ import sys
 import bpy
 
 from ...core.settings.errors import InputError
+from ...core.settings.request import Request
 from ..attributes import PREFIX
 from ..in_place import is_in_place
 from ..job import threads_beside_window
@@ -40,8 +41,6 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
 
 def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.request.Request."""
-    from ...core.settings.request import Request
-
     preferred = getattr(find_preferences(), "threads", 0)
     number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
     place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}

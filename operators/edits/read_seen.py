@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from mathutils import Matrix
 
-from ...core.city.city import FileContent, Polygon, whole_of_cell
+from ...core.city.city import FileContent, Polygon, take_polygons, whole_of_cell
 from ...core.settings.errors import InputError
 from ..attributes import read_array, read_corners, read_face_attribute
 from ..city.build_meshes import site_of
@@ -42,7 +42,6 @@ class Seen:
 
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
-        from ...core.city.city import take_polygons
         from ...core.city.edit_city import Change, edit_city, join_cities, place_local
         from ...core.city.join_contents import join_contents
 
@@ -79,7 +78,7 @@ def read_seen(context, city, session):
     read, content, taken = {item: name for item, name in seen.items() if name not in originals}, None, []
     if read or is_in_place(city):
         frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
-        content = read_meshes("Objects of the city", list(read), context, taken, named=read, frame=frame)
+        content, taken = read_meshes("Objects of the city", list(read), context, named=read, frame=frame)
     return Seen(
         None if is_in_place(city) else session.imported,
         describe_design(city, lineage),

@@ -34,9 +34,7 @@ class TakeMeshes(Step, bpy.types.Operator):
     def prepare(self, context):
         """Read the meshes in Blender's thread."""
         leave_edit_mode(context)
-        taken = []
-        content = read_meshes(*find_items(context), context, taken)
-        return content, taken, read_settings(context.scene.citypv)
+        return *read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
@@ -67,7 +65,7 @@ def find_items(context):
     return name, [item for item in items if not item.get(PREFIX + "part")]
 
 
-def read_meshes(name, items, context, taken=None, *, named=None, frame=None):
+def read_meshes(name, items, context, *, named=None, frame=None):
     """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
 
     Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
@@ -80,8 +78,6 @@ def read_meshes(name, items, context, taken=None, *, named=None, frame=None):
     items : list of bpy.types.Object
     context : bpy.types.Context
         For modifiers and instances.
-    taken : list, optional
-        It gets what was read: (object, name of its building), the name "" where the faces are not those of its mesh.
     named : dict, optional
         Names of the objects' buildings, where they are not called as the objects.
     frame : (4, 4) float, optional
@@ -89,7 +85,9 @@ def read_meshes(name, items, context, taken=None, *, named=None, frame=None):
 
     Returns
     -------
-    FileContent
+    content : FileContent
+    taken : list of (bpy.types.Object, str)
+        What was read, with the name of its building, "" where the faces are not those of its mesh.
 
     Raises
     ------
@@ -130,11 +128,9 @@ def read_meshes(name, items, context, taken=None, *, named=None, frame=None):
             content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
         elif item.type in OTHER_SHAPES:
             content.skip("no mesh: convert it to one", item.name)
-    if taken is not None:
-        taken += sorted(own.items(), key=lambda pair: pair[0].name)
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
-    return content
+    return content, sorted(own.items(), key=lambda pair: pair[0].name)
 
 
 def is_tree(item):

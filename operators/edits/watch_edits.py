@@ -9,7 +9,7 @@ from bpy.app.handlers import persistent
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.read_settings import read_settings
-from ..in_place import ADDED, is_seen
+from ..in_place import ADDED, BESIDE, is_seen, list_beside
 from ..light.keep_transfer import keep_transfers
 from ..members import (
     DESIGN,
@@ -20,7 +20,6 @@ from ..members import (
     RESHAPED,
     adopt_objects,
     can_update,
-    describe_added,
     describe_design,
     describe_ground,
     describe_mesh,
@@ -66,7 +65,10 @@ def note_edits(city, *, own=True):
     if city is None or DESIGN not in city or not is_seen(city):
         return
     adopt_objects(city)
-    note_change(city, ADDED, describe_added(city))
+    # What was put beside it since it was imported or taken, and is not part of it.
+    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
+    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
+    note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
     if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
         return
     if own:

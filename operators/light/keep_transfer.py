@@ -58,13 +58,6 @@ def find_kept(city):
     return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
 
 
-def reopen_session(city):
-    """Session of a city, a new one if the file was opened since: Session."""
-    if find_session(city) is None:
-        open_session(city, Session())
-    return find_session(city)
-
-
 def has_transfer(city):
     """Whether the light of a city is traced: in this session, or in a file that is there."""
     session, kept = find_session(city), find_kept(city)
@@ -110,7 +103,26 @@ def keep_energy(session, path, request, progress=silent):
         session.request = request
 
 
-class OfEnergy:
+class OfTransfer:
+    """Base of operators that need a city with traced light."""
+
+    @classmethod
+    def poll(cls, context):
+        """The city has been traced, in this session or before the file was saved."""
+        city, _ = find_city(context.scene)
+        cls.poll_message_set(describe_missing(city) or "Trace the light first")
+        return city is not None and has_transfer(city)
+
+    def prepare(self, context):
+        """Take the session, a new one if the file was opened since, the file with the transfer, and the settings."""
+        city, _ = find_city(context.scene)
+        check_unedited(city)
+        if find_session(city) is None:
+            open_session(city, Session())
+        return find_session(city), find_kept(city), read_settings(context.scene.citypv)
+
+
+class OfEnergy(OfTransfer):
     """Base of operators that need a city with its energy, of this session or of before the file was saved."""
 
     @classmethod
@@ -121,20 +133,3 @@ class OfEnergy:
         if getattr(find_session(city), "energy", None) is not None:
             return True
         return city is not None and has_transfer(city) and state_of_step(city, "energy", settings) == "done"
-
-
-class OfTransfer:
-    """Base of steps that need a city with traced light."""
-
-    @classmethod
-    def poll(cls, context):
-        """The city has been traced, in this session or before the file was saved."""
-        city, _ = find_city(context.scene)
-        cls.poll_message_set(describe_missing(city) or "Trace the light first")
-        return city is not None and has_transfer(city)
-
-    def prepare(self, context):
-        """Take the transfer, or its file, and the settings."""
-        city, _ = find_city(context.scene)
-        check_unedited(city)
-        return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)

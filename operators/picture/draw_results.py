@@ -34,17 +34,15 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
         Printed beside the legend.
     pictures : list of {'blend', 'preview'}
     """
-    for picture in pictures:
-        stage = stage_city(scene, transfer, energy, note)
-        with quieten():
-            if picture == "blend":
-                bpy.context.preferences.filepaths.save_version = 0
-                path = str(folder.resolve() / "city.blend")
-                bpy.ops.wm.save_as_mainfile(filepath=path, compress=True, check_existing=False)
-            else:
-                prepare_render(stage)
-                stage.render.filepath, stage.render.use_file_extension = str(folder.resolve() / "preview.png"), False
-                bpy.ops.render.render(write_still=True, scene=stage.name)
+    stage, folder = stage_city(scene, transfer, energy, note), folder.resolve()
+    with quieten():
+        if "blend" in pictures:
+            bpy.context.preferences.filepaths.save_version = 0
+            bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"), compress=True, check_existing=False)
+        if "preview" in pictures:
+            prepare_render(stage)
+            stage.render.filepath, stage.render.use_file_extension = str(folder / "preview.png"), False
+            bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
 def stage_city(scene, transfer, energy, note=""):

@@ -12,7 +12,10 @@ from .colour_faces import COLOUR_ATTRIBUTE, linear_colour, start_nodes
 
 CAMERA = "CityPV camera"
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
-AZIMUTH, ELEVATION = 150.0, 38.0  # of the camera, seen from the city [°]
+AZIMUTH, ELEVATION = np.radians([150.0, 38.0])  # of the camera, seen from the city
+RIGHT = np.array([-np.cos(AZIMUTH), np.sin(AZIMUTH), 0.0])  # of what it sees, as FORWARD and UP
+FORWARD = -np.array([*(np.cos(ELEVATION) * np.array([np.sin(AZIMUTH), np.cos(AZIMUTH)])), np.sin(ELEVATION)])
+UP = np.cross(RIGHT, FORWARD)
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
 SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
 VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
@@ -35,14 +38,13 @@ def place_camera(scene, points, width=1600, height=900):
         The camera; it is the scene's camera now.
     """
     tan_x = SENSOR_WIDTH / 2 / LENS
-    right, up, forward = camera_axes(AZIMUTH, ELEVATION)
-    location = frame_points(points, (right, up, forward), tan_x, tan_x * height / width)
+    location = frame_points(points, (RIGHT, UP, FORWARD), tan_x, tan_x * height / width)
     camera = find_camera(scene, width, height)
-    depths = (points - location) @ forward
+    depths = (points - location) @ FORWARD
     camera.data.type, camera.data.lens, camera.data.clip_end = "PERSP", LENS, float(4 * depths.max() + 100)
     # A camera looks along its own -z, with y up.
     matrix = np.eye(4)
-    matrix[:3] = np.column_stack((right, up, -forward, location))
+    matrix[:3] = np.column_stack((RIGHT, UP, -FORWARD, location))
     camera.matrix_world = Matrix(matrix.tolist())
     return camera
 
@@ -58,16 +60,6 @@ def find_camera(scene, width, height):
     data.sensor_fit, data.sensor_width, data.clip_start = "HORIZONTAL", SENSOR_WIDTH, 0.1
     data.shift_x = data.shift_y = 0.0
     return camera
-
-
-def camera_axes(azimuth, elevation):
-    """Right, up and forward vectors of a camera at an azimuth and elevation [°] that looks at the origin."""
-    azimuth, elevation = np.radians([azimuth, elevation])
-    horizontal = np.cos(elevation)
-    forward = -np.array([np.sin(azimuth) * horizontal, np.cos(azimuth) * horizontal, np.sin(elevation)])
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    return right, np.cross(right, forward), forward
 
 
 def frame_points(points, axes, tan_x, tan_y):
@@ -176,16 +168,15 @@ def look_at(area, points):
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.
     space.clip_start, space.clip_end = size / 1000, 10 * size
-    right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     half = VIEW_WIDTH / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
-    found = frame_points(points, (right + lean * forward, up, forward), free, half * height * (1 - 2 * above))
-    depth = found @ forward - lean * (found @ right)
-    eye = (found @ right - lean * depth) * right + (found @ up) * up + depth * forward
-    distance = float((low + high) / 2 @ forward) - depth
+    found = frame_points(points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above))
+    depth = found @ FORWARD - lean * (found @ RIGHT)
+    eye = (found @ RIGHT - lean * depth) * RIGHT + (found @ UP) * UP + depth * FORWARD
+    distance = float((low + high) / 2 @ FORWARD) - depth
     region = space.region_3d
     region.view_perspective = "PERSP"
-    region.view_location = Vector((eye + distance * forward).tolist())
-    region.view_rotation = Matrix(np.column_stack((right, up, -forward)).tolist()).to_quaternion()
+    region.view_location = Vector((eye + distance * FORWARD).tolist())
+    region.view_rotation = Matrix(np.column_stack((RIGHT, UP, -FORWARD)).tolist()).to_quaternion()
     region.view_distance = distance

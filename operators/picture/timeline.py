@@ -70,7 +70,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         seeing.timeline = True
         show_moment(stage)
         show_result(context, city, ground, seeing.timeline_show)
-        return show_moment(stage)
+        return city[MOMENT]
 
 
 class StopTimeline(Action, bpy.types.Operator):

@@ -10,9 +10,8 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..city.read_settings import read_settings
-from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
-from ..members import VARIANT, check_unedited
+from ..light.keep_transfer import OfEnergy, keep_energy
+from ..members import VARIANT
 from ..picture.show_result import find_before
 from ..run_step import Step, refuse
 from ..session import find_city, find_session
@@ -68,9 +67,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the results and the path."""
-        city, _ = find_city(context.scene)
-        check_unedited(city)
-        session = reopen_session(city)
+        (session, *kept), (city, _) = super().prepare(context), find_city(context.scene)
         if self.format in SHAPES and (session.city is None or session.scene is None):
             problem = "needs the geometry, which is not in this file"
             raise InputError(FILES[self.format][0], problem, "import and trace again")
@@ -84,7 +81,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
         names = [str(item.get(VARIANT, item.name)) for item in (before, city) if item is not None]
-        return session, (find_kept(city), read_settings(context.scene.citypv)), self.format, path, (earlier, names)
+        return session, kept, self.format, path, (earlier, names)
 
     @staticmethod
     def work(task, progress):

@@ -10,10 +10,8 @@ from mathutils.bvhtree import BVHTree
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
-from ..city.read_settings import read_settings
 from ..in_place import list_taken
-from ..light.keep_transfer import OfEnergy, find_kept, keep_energy, reopen_session
-from ..members import check_unedited
+from ..light.keep_transfer import OfEnergy, keep_energy
 from ..run_step import Action, leave_edit_mode, list_views
 from ..session import find_city
 from .select_faces import gather_selection, select_faces
@@ -59,9 +57,9 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Select the surfaces, and store what they yield on the city."""
-        check_unedited(city)
-        session, selected = reopen_session(city), gather_selection(context, city)
-        keep_energy(session, find_kept(city), read_settings(context.scene.citypv))
+        session, *kept = self.prepare(context)
+        selected = gather_selection(context, city)
+        keep_energy(session, *kept)
         surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
         if self.face >= len(surface):
             raise InputError(city.name, f"it has no face {self.face}", f"give 0 to {len(surface) - 1}")

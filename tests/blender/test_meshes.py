@@ -14,7 +14,7 @@ from citypv.operators.edits.take_meshes import read_meshes
 
 
 def take(items):
-    return join_contents([read_meshes("Boxes", items, bpy.context)], orient="auto")
+    return join_contents([read_meshes("Boxes", items, bpy.context)[0]], orient="auto")
 
 
 def move(item, collection):
