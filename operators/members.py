@@ -8,6 +8,7 @@ import hashlib
 import uuid
 from collections import Counter
 
+import bpy
 import numpy as np
 
 from ..core.city.city import whole_of_cell
@@ -15,6 +16,7 @@ from ..core.settings.errors import InputError
 from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 from .in_place import (
     ADDED,
+    BESIDE,
     BUILDINGS,
     FACE,
     IDENTITY,
@@ -26,8 +28,11 @@ from .in_place import (
     TAKEN_FROM,
     WEARERS,
     is_in_place,
+    is_seen,
+    list_beside,
     list_taken,
 )
+from .run_step import redraw_panels
 from .session import find_session
 
 # Properties of a city.
@@ -62,6 +67,37 @@ def remember_design(city, design):
     city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
 
 
+def note_edits(city, *, own=True):
+    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground may have changed."""
+    if city is None or DESIGN not in city or not is_seen(city):
+        return
+    # Objects in the collection CityPV are part of a city of files; those in that of a city of meshes, of this one.
+    groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
+    taken = {item for _, item, _ in list_taken(city)}
+    for group in filter(None, [city.get(TAKEN_FROM)] if is_in_place(city) else groups):
+        for item in set(group.all_objects) - taken:
+            if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
+                item[OWNER] = city[IDENTITY]
+    # What was put beside it since it was imported or taken, and is not part of it.
+    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
+    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
+    note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
+    if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
+        return
+    if own:
+        note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
+        now, laid = describe_ground(city), city.get(GROUND)
+        note_change(city, RELAID, bool(now and laid and now not in laid))
+    note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
+
+
+def note_change(city, key, value):
+    """Store on a city what was edited, where that is news; panels and legend tell it."""
+    if value != city.get(key, type(value)()):
+        city[key] = value
+        redraw_panels(bpy.context, views=True)
+
+
 def has_edits(city):
     """Whether a city is seen in another shape than its results are of."""
     return bool(city.get(RESHAPED) or city.get(REDESIGNED))
@@ -84,16 +120,6 @@ def list_seen(city):
         name = item.get(BUILDING, item.name)
         names[item] = item.name if name in names.values() else name  # a copy of it is another building
     return names
-
-
-def adopt_objects(city):
-    """Let objects in the collection CityPV be part of a city of files; in that of a city of meshes, of this one."""
-    groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
-    taken = {item for _, item, _ in list_taken(city)}
-    for group in [city.get(TAKEN_FROM)] if is_in_place(city) else groups:
-        for item in set(group.all_objects) - taken if group is not None else ():
-            if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
-                item[OWNER] = city[IDENTITY]
 
 
 def describe_design(city, lineage=None, seen=None):

@@ -92,11 +92,8 @@ def find_city(scene):
         The selected city first, else the first that is to be seen, else the scene's first; its own ground beside it.
     """
     cities = list_cities(scene)
-    if not cities:
-        return None, None
-    chosen = [item for item in cities if item.select_get()] or [item for item in cities if is_seen(item)]
-    city = (chosen or cities)[0]
-    return city, city.get(PREFIX + "ground")
+    chosen = [item for item in cities if item.select_get()] or [item for item in cities if is_seen(item)] or cities
+    return (chosen[0], chosen[0].get(PREFIX + "ground")) if chosen else (None, None)
 
 
 def list_cities(scene):

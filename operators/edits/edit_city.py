@@ -16,6 +16,7 @@ from ..members import (
     REMOVED,
     describe_object,
     list_members,
+    note_edits,
     remember_wearers,
     removed_of,
     write_sources,
@@ -24,7 +25,6 @@ from ..picture.colour_user_meshes import colour_user_meshes
 from ..result.select_faces import HIGHLIGHT, read_selection
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
-from .watch_edits import note_edits
 
 
 class EditAction(OfCity, Action):

@@ -9,28 +9,12 @@ from bpy.app.handlers import persistent
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.read_settings import read_settings
-from ..in_place import ADDED, BESIDE, is_seen, list_beside
+from ..in_place import is_seen
 from ..light.keep_transfer import keep_transfers
-from ..members import (
-    DESIGN,
-    GROUND,
-    MESH,
-    REDESIGNED,
-    RELAID,
-    RESHAPED,
-    adopt_objects,
-    can_update,
-    describe_design,
-    describe_ground,
-    describe_mesh,
-    has_edits,
-    hinders_update,
-    list_members,
-    next_lineage,
-)
+from ..members import RESHAPED, can_update, describe_design, has_edits, hinders_update, next_lineage, note_edits
 from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
-from ..run_step import Step, redraw_panels
+from ..run_step import Step
 from ..session import close_sessions, find_city, find_state, list_cities, part_sessions
 from .update_city import UpdateCity, is_editing
 
@@ -58,31 +42,6 @@ def follow_edits(scene, graph):
     for city in list_cities(scene):
         ground = city.get(PREFIX + "ground")
         note_edits(city, own=bool(touched & {city, city.data, ground, ground and ground.data}))
-
-
-def note_edits(city, *, own=True):
-    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground may have changed."""
-    if city is None or DESIGN not in city or not is_seen(city):
-        return
-    adopt_objects(city)
-    # What was put beside it since it was imported or taken, and is not part of it.
-    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
-    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
-    note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
-    if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
-        return
-    if own:
-        note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
-        now, laid = describe_ground(city), city.get(GROUND)
-        note_change(city, RELAID, bool(now and laid and now not in laid))
-    note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
-
-
-def note_change(city, key, value):
-    """Store on a city what was edited, where that is news; panels and legend tell it."""
-    if value != city.get(key, type(value)()):
-        city[key] = value
-        redraw_panels(bpy.context, views=True)
 
 
 def find_work():

@@ -22,7 +22,7 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     """Let Blender write pictures into a folder, of the city from above the south-east with camera and legend.
 
     In `city.blend` every face has its attributes and is coloured by full load hours, as it is in `preview.png`.
-    What was open in Blender is lost (see `stage_city`).
+    Everything that was open in Blender is lost: this is for a Blender that runs without a window.
 
     Parameters
     ----------
@@ -31,35 +31,11 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     transfer : Transfer
     energy : Energy
     note : str
-        Printed beside the legend.
+        What has to be read beside the colours, such as the weather.
     pictures : list of {'blend', 'preview'}
     """
-    stage, folder = stage_city(scene, transfer, energy, note), folder.resolve()
-    with quieten():
-        if "blend" in pictures:
-            bpy.context.preferences.filepaths.save_version = 0
-            bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"), compress=True, check_existing=False)
-        if "preview" in pictures:
-            prepare_render(stage)
-            stage.render.filepath, stage.render.use_file_extension = str(folder / "preview.png"), False
-            bpy.ops.render.render(write_still=True, scene=stage.name)
-
-
-def stage_city(scene, transfer, energy, note=""):
-    """Clear Blender's file and build a city with its results in it, coloured by its full load hours: the Blender scene.
-
-    Everything that was open in Blender is lost: this is for a Blender that runs without a window.
-
-    Parameters
-    ----------
-    scene : core.city.scene.Scene
-    transfer : core.transfer.transfer.Transfer
-    energy : core.energy.energy.Energy
-    note : str
-        What has to be read beside the colours, such as the weather.
-    """
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    stage = bpy.context.scene
+    stage, folder = bpy.context.scene, folder.resolve()
     city, ground = build_meshes(scene)
     show_objects(stage, city, ground)
     write_classes(city, ground, scene.surfaces)
@@ -73,7 +49,14 @@ def stage_city(scene, transfer, energy, note=""):
     build_legend(stage, place_camera(stage, points), scale, note)
     views = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
     show_city(bpy.context, points, areas=views)
-    return stage
+    with quieten():
+        if "blend" in pictures:
+            bpy.context.preferences.filepaths.save_version = 0
+            bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"), compress=True, check_existing=False)
+        if "preview" in pictures:
+            prepare_render(stage)
+            stage.render.filepath, stage.render.use_file_extension = str(folder / "preview.png"), False
+            bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
 def prepare_render(stage):

@@ -110,7 +110,6 @@ def follow_timeline_show(seeing, context):
     """Show light or yield, as chosen (`update` of the property)."""
     city, ground = find_city(context.scene)
     if seeing.timeline and city is not None and timeline_of(city) is not None:
-        show_moment(context.scene)
         show_result(context, city, ground, seeing.timeline_show)
 
 
