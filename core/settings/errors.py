@@ -28,9 +28,9 @@ class InputError(ValueError):
         return type(self), (self.source, self.problem, self.cure)
 
 
-def count_of(number, noun, write="{:,}".format):
+def count_of(number, noun):
     """A number of things in words: 1 surface, 1,200 surfaces."""
-    return f"{write(number)} {noun}{'' if number == 1 else 's'}"
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
 def show_number(value, digits, *, plus=False):

@@ -66,8 +66,8 @@ def build_row(heading, name, surfaces, area, ids=()):
         "key": f"{heading}/{name}",
         "heading": heading,
         "name": name,
-        "count": write_number(len(ids) or len(surfaces)),
-        "area": "" if area is None else f"{write_number(area)} m²",
+        "count": f"{len(ids) or len(surfaces):,}",
+        "area": "" if area is None else f"{area:,.{1 if area < 100 else 0}f} m²",
         "ids": "\n".join(ids),
         "surfaces": np.ascontiguousarray(surfaces, dtype=np.int32),
     }
@@ -79,9 +79,9 @@ def describe_import(scene):
     names = [Path(path).name for path in report.files]
     lines = [", ".join(names[:NAMES_SHOWN]) + (f" … {len(names)} files" if len(names) > NAMES_SHOWN else "")]
     counts = {"building": report.building_count, "part": report.part_count, "surface": len(scene.surfaces)}
-    lines.append(", ".join(count_of(count, noun, write_number) for noun, count in counts.items()))
+    lines.append(", ".join(count_of(count, noun) for noun, count in counts.items()))
     for words, lods in (("Detail met", report.lods_met), ("Detail taken", report.lods_chosen)):
-        told = [f"LoD {lod}: {write_number(count)}" for lod, count in lods.items() if lod]
+        told = [f"LoD {lod}: {count:,}" for lod, count in lods.items() if lod]
         lines += [f"{words}: {', '.join(told)}"] if told else []
     lines.append(f"Reference system: {site.crs or 'none named'}")
     if site.latitude is None or site.longitude is None:
@@ -92,12 +92,6 @@ def describe_import(scene):
         lines.append(f"{place}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m")
     lines.append(f"Grid north: {show_number(site.convergence, 4, plus=True)}° from true north")
     return lines + list(report.notes)
-
-
-def write_number(value):
-    """Format a number with commas between thousands, and one decimal if it is small."""
-    digits = 1 if isinstance(value, float) and value < 100 else 0
-    return f"{value:,.{digits}f}"
 
 
 def read_rows(item, heading=None):
