@@ -133,7 +133,7 @@ class BerlinExample(bpy.types.Operator):
         settings = context.scene.citypv
         settings.city_path, settings.own_place = str(FOLDER / CITY), False
         settings.weather, settings.weather_file = "file", str(FOLDER / WEATHER)
-        return bpy.ops.citypv.solar_city("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT")
+        return bpy.ops.citypv.solar_city("INVOKE_DEFAULT")
 
 
 class DropWeather(bpy.types.Operator):
@@ -149,7 +149,7 @@ class DropWeather(bpy.types.Operator):
         settings = context.scene.citypv
         settings.weather, settings.weather_file = "file", self.filepath
         if bpy.ops.citypv.energy.poll():
-            bpy.ops.citypv.energy("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT")
+            bpy.ops.citypv.energy("INVOKE_DEFAULT")
         return {"FINISHED"}
 
 

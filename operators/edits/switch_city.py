@@ -95,7 +95,6 @@ class Retrace(OfCity, bpy.types.Operator):
     def execute(self, context):
         """Run the steps."""
         city, _ = find_city(context.scene)
-        way = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
         if is_in_place(city):
             for item in context.selected_objects:
                 item.select_set(False)
@@ -103,8 +102,8 @@ class Retrace(OfCity, bpy.types.Operator):
                 item.hide_set(False)
                 item.select_set(True)
             context.scene.citypv.collection = None
-            return bpy.ops.citypv.take_meshes(way)
+            return bpy.ops.citypv.take_meshes("INVOKE_DEFAULT")
         paths = [Path(path) for path in city[FILES]]
         folder = os.path.commonpath([path.parent for path in paths])
         files = [{"name": str(path.relative_to(folder))} for path in paths]
-        return bpy.ops.citypv.solar_city(way, files=files, directory=folder)
+        return bpy.ops.citypv.solar_city("INVOKE_DEFAULT", files=files, directory=folder)

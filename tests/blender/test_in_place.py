@@ -224,7 +224,7 @@ def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(ad
 
 
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
-    from citypv.operators.picture.stage_picture import stage_picture
+    from citypv.operators.picture.draw_results import stage_picture
 
     city = run("take_meshes", "classify")
     for _ in range(2):

@@ -8,7 +8,7 @@ from steps import here, refuse, run
 
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, state_of_step
-from citypv.operators.picture.stage_picture import copy_view, stage_picture
+from citypv.operators.picture.draw_results import copy_view, stage_picture
 from citypv.operators.session import close_sessions, list_cities
 
 
