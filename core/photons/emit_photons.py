@@ -34,6 +34,7 @@ class Source:
     key: np.uint64  # of its random numbers
     travel: np.ndarray | None = None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
     rising: bool = False  # from below the horizon
+    behind: int = 0  # reflections that its light has behind it already, where it enters
     of: HorizonBand | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
     beyond: bool = False  # whether only light from below that horizon counts, or only that from above
@@ -58,56 +59,23 @@ def box_of_scene(scene, canopy=None):
     return Box(low - margin, high - low + 2 * margin)
 
 
-def sky_source(box, seed, horizon=None):
-    """The isotropic sky of irradiance 1: all of it enters through the lid, half of it through each side.
+def make_source(name, box, seed, shares, **details):
+    """A Source of irradiance 1, of normal irradiance 1 if it is a sun.
 
     Parameters
     ----------
+    name : str
+        Tells its random numbers from those of other sources.
     box : Box
     seed : int
-    horizon : TerrainHorizon, optional
-        Light from below it is left out.
-
-    Returns
-    -------
-    Source
+    shares : (6,) float
+        Of its light that enter through each side of the box, per area.
+    details
+        Further fields of Source.
     """
-    return make_source("sky", box, seed, FROM_ABOVE, terrain=horizon)
-
-
-def make_source(name, box, seed, shares, **details):
-    """A Source with an irradiance of 1 on shares, (6,), of the sides of the box; further fields as of Source."""
     x, y, z = box.size
     areas = np.array([x * y, x * y, y * z, y * z, x * z, x * z])  # of lid, bottom and sides
     return Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
-
-
-def far_ground_source(box, seed):
-    """Open ground beyond the scene of radiosity 1, isotropic from below the horizon.
-
-    A surface receives of it the share of its hemisphere that misses everything below the horizon.
-    """
-    return make_source("far ground", box, seed, FROM_BELOW, rising=True)
-
-
-def sun_source(box, direction, number, seed):
-    """A sun of normal irradiance 1.
-
-    Parameters
-    ----------
-    box : Box
-    direction : (3,) float64
-        Towards the sun.
-    number : int
-        Its index.
-    seed : int
-
-    Returns
-    -------
-    Source
-    """
-    travel = -np.asarray(direction, float)
-    return make_source(f"sun {number}", box, seed, np.maximum(INWARDS @ travel, 0), travel=travel)
 
 
 def emit_photons(source, replicate, place):
@@ -125,20 +93,22 @@ def emit_photons(source, replicate, place):
     """
     numbers = low_discrepancy(source.key, replicate, place, 2 if source.travel is not None else 4)
     side, along = choose_by_power(source.power, numbers[:, 0])
-    normal = INWARDS[side]
-    axis = np.abs(normal).argmax(axis=1)
-    row = np.arange(len(side))
-    share = np.empty((len(side), 3))
-    share[row, axis] = normal[row, axis] < 0  # the far side of the box if light enters against the axis
-    share[row, (axis + 1) % 3] = along
-    share[row, (axis + 2) % 3] = numbers[:, 1]
+    axis, sign = np.abs(INWARDS).argmax(axis=1)[side], INWARDS.sum(axis=1)[side]  # of the normal
+    frame = np.arange(len(side))[:, None], (axis[:, None] + np.arange(3)) % 3  # along the normal, then in the side
+    share, directions = np.empty((2, len(side), 3))
+    share[frame] = np.stack([sign < 0, along, numbers[:, 1]], axis=1)  # the far side if light enters against the axis
     origins = source.low + share * source.size
     if source.travel is not None:
         directions = np.broadcast_to(source.travel, origins.shape)
     elif source.of is not None:
-        directions = source.of.enter(axis, normal[row, axis], numbers[:, 2:])
+        directions = source.of.enter(axis, sign, numbers[:, 2:])
     else:
-        directions = diffuse_directions(axis, normal[row, axis], numbers[:, 2:], source.rising)
+        # Cosine-distributed inwards, and mirrored at the horizon where they have the wrong sign: isotropic light has
+        # the same density on both sides of it.
+        radius, turn = np.sqrt(numbers[:, 2]), 2 * np.pi * numbers[:, 3]
+        inwards = sign * np.sqrt(1 - numbers[:, 2])
+        directions[frame] = np.stack([inwards, radius * np.cos(turn), radius * np.sin(turn)], axis=1)
+        directions[:, 2] = np.abs(directions[:, 2]) * (1 if source.rising else -1)
     return origins.astype(np.float32), directions.astype(np.float32)
 
 
@@ -151,32 +121,6 @@ def choose_by_power(power, number):
     row = lit[np.searchsorted(bounds[lit][:-1], number, side="right")]
     width = power[row] / power.sum()
     return row, np.clip((number - (bounds[row] - width)) / width, 0, 1)
-
-
-def diffuse_directions(axis, sign, numbers, rising):
-    """Cosine-distributed directions inwards from the sides of the box, mirrored at the horizon if they have the wrong
-    sign: isotropic light has the same density on both sides of the horizon.
-
-    Parameters
-    ----------
-    axis, sign : (m,)
-        Axis and sign of the inward normal.
-    numbers : (m, 2) float64
-    rising : bool
-
-    Returns
-    -------
-    (m, 3) float64
-    """
-    radius, angle = np.sqrt(numbers[:, 0]), 2 * np.pi * numbers[:, 1]
-    row = np.arange(len(axis))
-    directions = np.empty((len(axis), 3))
-    directions[row, axis] = sign * np.sqrt(1 - numbers[:, 0])
-    directions[row, (axis + 1) % 3] = radius * np.cos(angle)
-    directions[row, (axis + 2) % 3] = radius * np.sin(angle)
-    height = np.abs(directions[:, 2])
-    directions[:, 2] = height if rising else -height
-    return directions
 
 
 def low_discrepancy(key, replicate, place, dimensions):

@@ -22,6 +22,9 @@ from .emit_photons import emit_photons
 from .light_of_photons import Light
 
 QUANTUM = 2.0**-26
+NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
+STREAM = np.uint64(0x5CA77E4)
+FLATTEST = 1e-7  # smallest cosine of incidence, against rounding at grazing incidence
 
 
 @dataclass
@@ -225,7 +228,7 @@ def deposit(photons, surface, sums):
 
 
 def reflect_photons(target, key, photons, places, bounce):
-    """Reflect photons at their hits; the absorbed part is removed from their weight.
+    """Reflect photons by the BRDF of the patch that each hits; the absorbed part is removed from their weight.
 
     Parameters
     ----------
@@ -233,21 +236,33 @@ def reflect_photons(target, key, photons, places, bounce):
     key : uint64
         Of the source.
     photons : Photons
-    places : tuple
+        With their directions of travel on arrival.
+    places : HitPlaces
         As in `meet_fronts`.
     bounce : int
+
+    Returns
+    -------
+    Photons
+        Without those that are absorbed wholly.
     """
+    patches, (others, brdf_index), hit = target.patches, target.brdfs, places[0]
     own = mix(key + mix(photons.number.astype(np.uint64) ^ STREAM))
     draws = uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)
-    origins, directions, share = scatter(target.patches, places, photons.directions, draws, target.brdfs)
+    share = patches.albedo[hit].astype(float)
+    local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
+    for index, brdf in enumerate(others):
+        chosen = np.flatnonzero(brdf_index[hit] == index)
+        # Towards the origin of light, in the local frames of the patches.
+        axes = np.concatenate([patches.tangents[hit[chosen]], patches.normal[hit[chosen], None]], axis=1)
+        arriving = -np.einsum("mij,mj->mi", axes.astype(float), photons.directions[chosen].astype(float))
+        arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
+        arriving /= np.linalg.norm(arriving, axis=1, keepdims=True)
+        leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
+        local[:, chosen] = leaving.T
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
-    going = weight > 0
-    return Photons(origins, directions, weight, photons.number, photons.row).take(going)
-
-
-NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
-STREAM = np.uint64(0x5CA77E4)
-FLATTEST = 1e-7  # smallest cosine of incidence, against rounding at grazing incidence
+    reflected = Photons(*leave_patches(patches, places, local), weight, photons.number, photons.row)
+    return reflected.take(weight > 0)
 
 
 def leave_patches(patches, places, local):
@@ -274,39 +289,3 @@ def leave_patches(patches, places, local):
     origins += b1[:, None] * edges[:, 0] + b2[:, None] * edges[:, 1]
     x, y, z = np.asarray(local, np.float32)[:, :, None]
     return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal
-
-
-def scatter(patches, places, directions, draws, brdfs):
-    """Reflect photons by the BRDF of the patch that each hits.
-
-    Parameters
-    ----------
-    patches : Patches
-    places : HitPlaces
-    directions : (m, 3) float32
-        Directions of travel on arrival.
-    draws : (m, NUMBERS) float32
-        Uniform random numbers.
-    brdfs : TriangleBrdfs
-        Of the patches.
-
-    Returns
-    -------
-    origins, directions : (m, 3) float32
-    share : (m,) float64
-        Sample weight: reflected share of the light.
-    """
-    hit = places[0]
-    share = patches.albedo[hit].astype(float)
-    local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
-    others, brdf_index = brdfs
-    for index, brdf in enumerate(others):
-        chosen = np.flatnonzero(brdf_index[hit] == index)
-        # Towards the origin of light, in the local frames of the patches.
-        axes = np.concatenate([patches.tangents[hit[chosen]], patches.normal[hit[chosen], None]], axis=1)
-        arriving = -np.einsum("mij,mj->mi", axes.astype(float), directions[chosen].astype(float))
-        arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
-        arriving /= np.linalg.norm(arriving, axis=1, keepdims=True)
-        leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
-        local[:, chosen] = leaving.T
-    return *leave_patches(patches, places, local), share

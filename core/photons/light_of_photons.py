@@ -39,14 +39,15 @@ class Light:
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
 
-    def add(self, other):
-        """Add the light of other photons, of some or all of the replicates."""
+    def add(self, other, weight=1.0):
+        """Add the light of other photons, of some or all of the replicates, with some weight."""
         rows = slice(other.begin, other.begin + len(other.first))
-        self.first[rows] += other.first
-        self.reflected[rows] += other.reflected
-        self.photon = np.hypot(self.photon, other.photon)
-        for name in ("arrived", "last", "ray_count"):
-            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.first[rows] += weight * other.first
+        self.reflected[rows] += weight * other.reflected
+        self.photon = np.hypot(self.photon, weight * other.photon)
+        self.arrived += weight * other.arrived
+        self.last += weight * other.last
+        self.ray_count += other.ray_count
         self.tally.add(other.tally)
 
     @property

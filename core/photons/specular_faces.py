@@ -138,8 +138,8 @@ def follow_reflected(target, key, photons, last):
     key : uint64
         Of their random numbers.
     photons : Photons
-    last : (m,) int
-        How often each photon may be reflected further.
+    last : int
+        How often they may be reflected further; none arrives if negative.
 
     Yields
     ------
@@ -147,18 +147,11 @@ def follow_reflected(target, key, photons, last):
     surface : (k,) int
         At which each of them arrives; `surface_count` for patches without surface.
     """
-    photons, last = photons.take(last >= 0), last[last >= 0]
-    if not len(last):
-        return
-    most, first, tally = int(last.max()), int(photons.number.min()), Tally()
-    limit = np.zeros(int(photons.number.max()) - first + 1, int)
-    limit[photons.number - first] = last
-    for bounce in range(most + 1):
-        photons, places = meet_fronts(target, photons, tally)
+    for bounce in range(last + 1):
+        photons, places = meet_fronts(target, photons, Tally())
         yield photons, target.surface[places[0]]
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             yield photons.take(row), target.surface[double]
-        if bounce < most:
+        if bounce < last:
             photons = reflect_photons(target, key, photons, places, bounce + 1)
-            photons = photons.take(limit[photons.number - first] > bounce)

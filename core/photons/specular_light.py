@@ -12,6 +12,7 @@ After that reflection photons are reflected by any face. No path is counted twic
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import numpy as np
 from scipy import sparse
@@ -103,11 +104,30 @@ def trace_specular(prepared, context, traced, state=0):
     -------
     SpecularLight
     """
-    patches, brdfs, count = context.patches, context.plan.brdfs, len(prepared.scene.surfaces)
+    patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
-    target = Target(context.ray_scene, patches, surface, count, traced.covered, brdfs, state)
-    faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
-    return trace_surroundings(context, target, faces)
+    target = Target(context.ray_scene, patches, surface, count, traced.covered, plan.brdfs, state)
+    faces = np.flatnonzero((plan.brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
+    per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
+    batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
+    # The last columns are the far ground, the sky and its parts that are traced.
+    matrix, pending, done = sparse.csr_matrix((REPLICATES * count, len(patches) + 2 + len(plan.sources))), [], 0
+    found = map_in_order(lambda batch: arrivals_from(context, target, faces, batch), batches, context.threads)
+    for batch, entries in zip(batches, found, strict=True):
+        pending.append(entries)
+        done += len(batch.numbers)
+        if len(pending) == BATCHES_PER_SUM or done == per_replicate * REPLICATES:
+            rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
+            matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
+        context.progress("specular light", done, per_replicate * REPLICATES, "photons")
+    factor = per_area(target, float(patches.area[faces].sum()), per_replicate)
+    matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
+    far_ground, sky, *parts = matrix[:, len(patches) :].toarray().T.reshape(-1, REPLICATES, count)
+    skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
+    skies |= {source.name: source.radiance * part for source, part in zip(plan.sources, parts, strict=True)}
+    mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
+    of_patches = matrix[:, : len(patches)].tocsr()
+    return SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
 
 
 def batches_of(key, per_replicate):
@@ -120,33 +140,6 @@ def batches_of(key, per_replicate):
 def per_area(target, power, per_replicate):
     """Irradiance of each surface by one photon of a replicate: (n,) float64."""
     return power / max(per_replicate, 1) / np.where(target.area > 0, target.area, np.inf)
-
-
-def trace_surroundings(context, target, faces):
-    """What surfaces receive by way of the faces, (f,) int, from sky, far ground and patches: SpecularLight."""
-    count, patches = target.surface_count, len(context.patches)
-    per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
-    batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
-    parts_of_sky = context.plan.sources
-    columns = patches + 2 + len(parts_of_sky)  # the last are the far ground, the sky and its parts that are traced
-    matrix, pending, done = sparse.csr_matrix((REPLICATES * count, columns)), [], 0
-    found = map_in_order(lambda batch: arrivals_from(context, target, faces, batch), batches, context.threads)
-    for batch, entries in zip(batches, found, strict=True):
-        pending.append(entries)
-        done += len(batch.numbers)
-        if len(pending) == BATCHES_PER_SUM or done == per_replicate * REPLICATES:
-            rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
-            matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
-        context.progress("specular light", done, per_replicate * REPLICATES, "photons")
-    factor = per_area(target, float(context.patches.area[faces].sum()), per_replicate)
-    matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
-    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 2 + len(parts_of_sky))
-    mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
-    of_patches = matrix[:, :patches].tocsr()
-    far_ground, sky = ends[:, :, 0], ends[:, :, 1]
-    skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
-    skies |= {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(parts_of_sky)}
-    return SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
 
 
 def arrivals_from(context, target, faces, batch):
@@ -168,10 +161,13 @@ def arrivals_from(context, target, faces, batch):
     if not plan.far_ground:
         photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
     # Light of the sky has one reflection behind it here, light of ground and patches two.
-    source = origin[photons.number - batch.numbers.start]
-    last = np.where(source == SKY, context.bounces - 1, context.bounces - 2)
+    of_sky = origin[photons.number - batch.numbers.start] == SKY
+    followed = (
+        follow_reflected(target, batch.key, photons.take(chosen), last)
+        for chosen, last in ((of_sky, context.bounces - 1), (~of_sky, context.bounces - 2))
+    )
     entries = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
-    for arrived, surface in follow_reflected(target, batch.key, photons, last):
+    for arrived, surface in chain.from_iterable(followed):
         own = surface < target.surface_count
         source = origin[arrived.number[own] - batch.numbers.start]
         rows = arrived.row[own] * target.surface_count + surface[own]
@@ -193,8 +189,7 @@ def trace_sun(light, direction, name):
     arrived = np.zeros((REPLICATES, target.surface_count))
     for batch in batches_of(key_of_names([name], context.request.seed)[0], per_replicate):
         photons = photons_of_sun(target, faces, power, direction, batch)
-        last = np.full(len(photons.number), context.bounces - 1)
-        for some, surface in follow_reflected(target, batch.key, photons, last):
+        for some, surface in follow_reflected(target, batch.key, photons, context.bounces - 1):
             deposit(some, surface, arrived)
     return arrived * per_area(target, float(power.sum()), per_replicate)
 

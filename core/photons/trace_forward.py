@@ -8,7 +8,7 @@ patches photons, of at most 1 + max_bounces rays each.
 The covered share of a surface is geometry, and the same as in gather.
 """
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -24,9 +24,9 @@ from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
 from ..sun.suns import end_of_days, interrupted_suns
-from .emit_photons import FROM_ABOVE, box_of_scene, far_ground_source, make_source, sky_source, sun_source
+from .emit_photons import FROM_ABOVE, FROM_BELOW, INWARDS, box_of_scene, make_source
 from .follow_photons import Target
-from .light_of_photons import Tally
+from .light_of_photons import Light
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
 WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely covered
@@ -38,12 +38,8 @@ class Direct:
 
     visible_share: np.ndarray  # (n, s) float32
     reflected: np.ndarray  # (n, s) float32, without the first reflection from the far ground
-    annual: np.ndarray  # (PHOTON_REPLICATES, n) float64, sum over suns by their weights
-    photons: np.ndarray  # (n,) float64, sum of squares of the contribution of one photon per sun
+    annual: Light  # sum over suns by their weights
     kept: int  # number of suns; fewer than all if interrupted
-    last: float = 0.0  # share of the last bounce in the total, largest over all suns
-    ray_count: int = 0
-    tally: Tally = field(default_factory=Tally)
 
 
 def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None, state=0):
@@ -86,31 +82,27 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
     run, covered_share = prepare_run(prepared, request, progress, state)
-    run.begin(run.stage, 1 + plan.far_ground * (1 + (plan.terrain is not None)) + len(plan.sources))
     clock.lap("plan, tree and cover")
 
     brightest = max(float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0)
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
-    (sky,) = trace_sources(run, [sky_source(run.box, request.seed, plan.terrain)], bounces)
-    far = trace_far_ground(run, plan, request.seed, bounces)
-    parts = {}
-    for source in plan.sources:  # parts of the sky that are traced by themselves, in their units
-        of_box = run.box, request.seed, source.sides
-        part = make_source(source.name, *of_box, of=source, terrain=plan.terrain)
-        (parts[source.name],) = trace_sources(run, [part], bounces)
+    sky, far, parts = trace_surroundings(run, plan, request.seed, bounces)
     clock.lap("sky and far ground")
-    run.begin(SUN_STAGE, len(suns))
     weighed = without_hidden(suns, plan.terrain)
-    sources = [sun_source(run.box, direction, k, request.seed) for k, direction in enumerate(suns.direction)]
-    lit = trace_sources(run, sources, bounces)
+    sources = [
+        make_source(f"sun {k}", run.box, request.seed, np.maximum(INWARDS @ travel, 0), travel=travel)
+        for k, travel in enumerate(-suns.direction.astype(float))
+    ]
+    lit = trace_sources(run, sources, bounces, SUN_STAGE)
     how = {"patch_to_surface": patch_to_surface, "folder": folder}
     direct = trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = cover_of_surfaces(patch_to_surface, covered_share)
-    traced = dict(zip(SOURCES, (sky, far, direct), strict=True)) | parts
-    last = max(sky.last_share, direct.last)
+    annual = direct.annual
+    traced = {"sky": sky, "far ground": far, "suns": annual} | parts
+    last = max(sky.last_share, annual.last_share)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
@@ -133,7 +125,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         terrain=plan.terrain,
-        direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
+        direct_annual_standard_error=standard_error(annual.whole, annual.photon**2, unreachable),
         sources={
             name: SourceLight(
                 view_factor=np.minimum(light.first.mean(axis=0), 1),
@@ -156,14 +148,11 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
             processor_seconds=clock.processor_seconds,
             embree_thread_seconds=run.target.ray_scene.thread_seconds - traced_before,
             last_bounce_share_diffuse=sky.last_share,
-            last_bounce_share_direct=direct.last,
+            last_bounce_share_direct=annual.last_share,
             interrupted=note_interruption(direct.kept, len(suns)),
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
-
-
-SOURCES = ("sky", "far ground", "suns")  # beside the traced parts of the sky
 
 
 def prepare_run(prepared, request, progress, state):
@@ -186,18 +175,29 @@ def prepare_run(prepared, request, progress, state):
     return Run(target, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 
 
-def trace_far_ground(run, plan, seed, bounces):
-    """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
-    if not plan.far_ground:
-        return no_light(run.target.surface_count)
-    sources = [far_ground_source(run.box, seed)]
-    if plan.terrain is not None:
-        # Distant terrain of radiosity 1 between the horizontal and its horizon, isotropic.
-        sources.append(make_source("terrain", run.box, seed, FROM_ABOVE, terrain=plan.terrain, beyond=True))
-    light, *others = trace_sources(run, sources, bounces - 1)
-    for other in others:
-        light.add(other)
-    return light
+def trace_surroundings(run, plan, seed, bounces):
+    """Light of the sky, of the far ground per radiosity, and of parts of the sky that are traced by themselves.
+
+    A surface receives of the far ground the share of its hemisphere that misses everything below the horizon; that its
+    light arrives already counts as the first reflection. Distant terrain between the horizontal and its horizon has the
+    same radiosity. Parts of the sky are in their units.
+
+    Returns
+    -------
+    sky, far : Light
+    parts : dict of str to Light
+    """
+    sources = [make_source("sky", run.box, seed, FROM_ABOVE, terrain=plan.terrain)]
+    sources += [make_source(one.name, run.box, seed, one.sides, of=one, terrain=plan.terrain) for one in plan.sources]
+    if plan.far_ground:
+        sources.append(make_source("far ground", run.box, seed, FROM_BELOW, rising=True, behind=1))
+    if plan.far_ground and plan.terrain is not None:
+        sources.append(make_source("terrain", run.box, seed, FROM_ABOVE, terrain=plan.terrain, beyond=True, behind=1))
+    sky, *others = trace_sources(run, sources, bounces, "sky and far ground")
+    parts, far = {one.name: others.pop(0) for one in plan.sources}, no_light(run.target.surface_count)
+    for light in others:
+        far.add(light)
+    return sky, far, parts
 
 
 def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder):
@@ -224,8 +224,7 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
     count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
     found = Direct(
         *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
-        annual=np.zeros((PHOTON_REPLICATES, count)),
-        photons=np.zeros(count),
+        annual=no_light(count),
         kept=len(suns),
     )
     beyond_first = far.whole.mean(axis=0) - np.minimum(far.first.mean(axis=0), 1)
@@ -240,11 +239,8 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
             found.visible_share[:, column] = share[:, None]
             beyond = height[index] * beyond_first  # of the far ground, after its first arrival
             found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
-            found.annual += suns.weight[index] * light.whole
-            found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
-            found.last = max(found.last, light.last_share)
-            found.ray_count += light.ray_count
-            found.tally.add(light.tally)
+            light.photon = np.where(unshaded > 0, light.photon, 0)
+            found.annual.add(light, suns.weight[index])
             done = index + 1
     except CancelledError:
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
@@ -252,10 +248,10 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
             raise
         found.visible_share = keep_columns(found.visible_share, found.kept)
         found.reflected = keep_columns(found.reflected, found.kept)
-    found.annual += far.whole * (suns.weight[:done] @ height[:done])
-    found.photons += (far.photon * (suns.weight[:done] @ height[:done])) ** 2
-    if found.kept < len(suns):
-        weight = suns.weight[:done].sum() or np.nan  # the sums have only these suns
-        found.annual /= weight
-        found.photons /= weight**2
+    # The sums have only the suns that are done.
+    annual, lit_ground = found.annual, suns.weight[:done] @ height[:done]
+    whole = 1.0 if found.kept == len(suns) else suns.weight[:done].sum() or np.nan
+    annual.first /= whole
+    annual.reflected = (annual.reflected + far.whole * lit_ground) / whole
+    annual.photon = np.hypot(annual.photon, far.photon * lit_ground) / whole
     return found

@@ -24,18 +24,9 @@ class Run:
     per_replicate: int  # photons
     threads: int
     progress: Callable
-    stage: str = "sky and far ground"
-    total: int = 0  # photons of all sources of the stage
-    done: int = 0
-
-    def begin(self, stage, sources):
-        """Start a stage with a number of sources."""
-        self.stage, self.total, self.done = stage, sources * self.per_replicate * PHOTON_REPLICATES, 0
-        if self.total:
-            self.progress(self.stage, 0, self.total, "photons")
 
 
-def trace_sources(run, sources, max_bounces):
+def trace_sources(run, sources, max_bounces, stage):
     """Trace sources, each with the same number of photons.
 
     Parameters
@@ -43,6 +34,9 @@ def trace_sources(run, sources, max_bounces):
     run : Run
     sources : list of Source
     max_bounces : int
+        Reflections, with those that the light of a source has behind it already.
+    stage : str
+        Whose progress is told.
 
     Yields
     ------
@@ -50,19 +44,22 @@ def trace_sources(run, sources, max_bounces):
         Of each source, in order.
     """
     count = run.per_replicate * PHOTON_REPLICATES
+    total, done = len(sources) * count, 0
+    if total:
+        run.progress(stage, done, total, "photons")
     ranges = [range(first, min(first + PHOTONS_PER_TASK, count)) for first in range(0, count, PHOTONS_PER_TASK)]
     tasks = ((source, numbers) for source in sources if source.power.any() for numbers in ranges)
-
-    def follow(task):
-        return follow_photons(run.target, *task, run.per_replicate, max_bounces)
-
-    found = map_in_order(follow, tasks, run.threads)
+    found = map_in_order(
+        lambda task: follow_photons(run.target, *task, run.per_replicate, max_bounces - task[0].behind),
+        tasks,
+        run.threads,
+    )
     for source in sources:
         light = no_light(run.target.surface_count)
         for part in islice(found, len(ranges) if source.power.any() else 0):
             light.add(part)
-            run.done += int(part.tally.emitted)
-            run.progress(run.stage, run.done, run.total, "photons")
+            done += int(part.tally.emitted)
+            run.progress(stage, done, total, "photons")
         # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
         area = np.where(run.target.area > 0, run.target.area, np.inf)
         per_photon = source.power.sum() / max(run.per_replicate, 1) / area

@@ -11,7 +11,7 @@ from citypv.core.commands.plain_scenes import room
 from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
-from citypv.core.photons.emit_photons import box_of_scene, sky_source
+from citypv.core.photons.emit_photons import FROM_ABOVE, box_of_scene, make_source
 from citypv.core.photons.follow_photons import Photons, Target, leave_patches, meet_fronts, reflect_photons
 from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
@@ -78,7 +78,7 @@ def test_where_the_light_goes():
         assert sum(tally.values()) == 2 * tally["emitted"]
         assert min(tally["escaped"], tally["absorbed"]) > 0
     whole = transfer.record.photons["sky"]["emitted"]
-    power = sky_source(box_of_scene(three_houses()), 0).power.sum()
+    power = make_source("sky", box_of_scene(three_houses()), 0, FROM_ABOVE).power.sum()
     # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
     dark = trace(three_houses(), samples=2000, albedo=0, ground_albedo=0)
     absorbed = dark.record.photons["sky"]["absorbed"] / whole * power
