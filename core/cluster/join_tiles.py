@@ -1,12 +1,12 @@
 """Join the Transfers of tiles into that of the whole city, in the order of its surfaces."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from ..light.kept_matrix import keep_matrix
 from ..light.merge_transfers import MATRICES
-from ..light.transfer import ErrorParts, SourceLight
+from ..light.transfer import take_rows
 from ..patches.read_albedo import materials_of_surfaces
 
 SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
@@ -14,7 +14,7 @@ BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
 
 
-def join_tiles(parts, prepared, folder=None):
+def join_tiles(parts, prepared, request, figures, folder=None):
     """The Transfer of a city from those of its tiles.
 
     Parameters
@@ -23,16 +23,19 @@ def join_tiles(parts, prepared, folder=None):
         Rows that a tile reports, and its Transfer of these; each row once. Read one after the other.
     prepared : PreparedScene
         Of the whole.
+    request : Request
+        As the user gave it.
+    figures : list of dict
+        Of `trace_part`, of each tile.
     folder : path-like, optional
         As of `keep_matrix`.
 
     Returns
     -------
     Transfer
-        Without what its record says of all tiles: see `join_records`.
     """
     scene, count = prepared.scene, len(prepared.scene.surfaces)
-    whole, seen = None, np.zeros(count, np.int64)
+    whole, seen, records = None, np.zeros(count, np.int64), []
     for rows, part in parts:
         if whole is None:
             whole = empty_like(part, scene, folder)
@@ -44,44 +47,34 @@ def join_tiles(parts, prepared, folder=None):
         if whole.bare is not None:
             fill_rows(whole.bare, rows, part.bare or part)
         seen[rows] += 1
+        records.append(part.record)
     if (seen != 1).any():
         raise ValueError(f"{int((seen != 1).sum())} surfaces are not in exactly one tile")
-    return replace(whole, **materials_of_surfaces(scene, prepared.materials))
+    record = join_records(records, prepared.plan, request, figures)
+    return replace(whole, record=record, **materials_of_surfaces(scene, prepared.materials))
 
 
 def empty_like(part, scene, folder):
     """A Transfer with room for all surfaces, of one state of the trees."""
-    count, parts = len(scene.surfaces), part.error_parts
+    count = len(scene.surfaces)
+    few = replace(part, bare=None, **{name: getattr(part, name)[:, :0] for name in MATRICES})
     return replace(
-        part,
+        take_rows(few, np.zeros(count, int)),
         surfaces=scene.surfaces,
-        **room_for(part, count),
         **{name: keep_matrix((count, len(part.suns)), folder) for name in MATRICES},
-        error_parts=parts and ErrorParts(**room_for(parts, count)),
-        sources={name: SourceLight(**room_for(light, count)) for name, light in part.sources.items()},
-        **dict.fromkeys(("record", "outlines", "bare")),
+        record=None,
         leaf_months=(),
     )
 
 
-def room_for(columns, count):
-    """Zeros for each array of a dataclass but the matrices of surfaces × suns: dict."""
-    arrays = {name: array for name, array in arrays_of(columns).items() if name not in MATRICES}
-    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
-
-
-def arrays_of(columns):
-    """Arrays of a dataclass by name; each has a row for each surface."""
-    return {name: array for name, array in vars(columns).items() if isinstance(array, np.ndarray)}
-
-
 def fill_rows(whole, rows, part):
-    """Write the rows of a tile."""
+    """Write the rows of a tile into the arrays, each of which has a row for each surface."""
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
     pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts else []
     for columns, own in [(whole, part), *pairs]:
-        for name, array in arrays_of(columns).items():
-            array[rows] = getattr(own, name)
+        for name, array in vars(columns).items():
+            if isinstance(array, np.ndarray):
+                array[rows] = getattr(own, name)
 
 
 def join_records(records, plan, request, figures):
@@ -92,10 +85,8 @@ def join_records(records, plan, request, figures):
     records : list of TraceRecord
     plan : TracePlan
         Of the whole.
-    request : Request
-        As the user gave it.
-    figures : list of dict
-        Of `trace_part`.
+    request, figures
+        As of `join_tiles`.
 
     Returns
     -------
@@ -104,8 +95,11 @@ def join_records(records, plan, request, figures):
         averaged over the eligible area, and the error of sun sampling is that of the tile with most of it.
     """
     area = np.array([one["area"] for one in figures])
-    found = {name: sum_known([getattr(one, name) for one in records]) for name in (*SUMS, *BY_KEY)}
+    found = {name: sum(getattr(one, name) for one in records) for name in SUMS}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
+    for name in BY_KEY:
+        pairs = [pair for one in records for pair in getattr(one, name).items()]
+        found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
     weight, errors = area if area.any() else np.ones(len(area)), [one.discretisation_error for one in records]
     mean = None
     if None not in errors:
@@ -115,7 +109,7 @@ def join_records(records, plan, request, figures):
         told = [one["outcome"] for part in records for one in part.effects if one["key"] == effect.key]
         left = max((one["left_out"] for one in told if one and one["left_out"] is not None), default=None)
         holds = None if left is None or effect.bound is None else bool(left <= effect.bound)
-        effects.append(effect.as_dict() | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
+        effects.append(asdict(effect) | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
     return replace(
         records[0],
         **found,
@@ -125,13 +119,3 @@ def join_records(records, plan, request, figures):
         sun_sampling=next(filter(None, (one["sun_sampling"] for one in figures)), None),
         standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
     )
-
-
-def sum_known(values):
-    """Sum of numbers, or sums by key of dicts, that are not None; None of nothing else."""
-    known = [value for value in values if value is not None]
-    if not known:
-        return None
-    if not isinstance(known[0], dict):
-        return sum(known)
-    return {key: sum(one.get(key, 0.0) for one in known) for key in dict.fromkeys(key for one in known for key in one)}

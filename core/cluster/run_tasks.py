@@ -45,8 +45,13 @@ class Workers:
     words: str  # for the user
 
 
-def parse_cluster(word):
-    """Number of local workers, or an address: ("local", 2), ("address", "tcp://host:8786") or ("serial", 1).
+def check_cluster(word):
+    """Refuse what names no cluster, one that does not answer, or any without Dask, before anything long begins.
+
+    Returns
+    -------
+    (str, int or str)
+        ("serial", 1), ("local", 2) with the number of workers, or ("address", "tcp://host:8786").
 
     Raises
     ------
@@ -55,39 +60,26 @@ def parse_cluster(word):
     if word == SERIAL:
         return SERIAL, 1
     local = re.fullmatch(r"local:(\d{1,9})", word)
-    if local and 1 <= int(local[1]) <= MOST_WORKERS:
-        return "local", int(local[1])
-    if local:
+    if local and not 1 <= int(local[1]) <= MOST_WORKERS:
         raise InputError("--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {MOST_WORKERS}")
-    if re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):\d{1,5}", word):
-        return "address", word
-    raise InputError("--cluster", f"{word!r} is not known", CURE)
-
-
-def check_cluster(word):
-    """Refuse what names no cluster, one that does not answer, or any without Dask, before anything long begins.
-
-    Raises
-    ------
-    InputError
-    """
-    kind, _ = parse_cluster(word)
-    if kind == SERIAL:
-        return
+    address = re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):(\d{1,5})", word)
+    if not (local or address):
+        raise InputError("--cluster", f"{word!r} is not known", CURE)
     if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
-    if kind == "address":
-        protocol, _, place = word.partition("://")
-        host, _, port = place.rpartition(":")
-        try:
-            with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
-                # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
-                # ever for one that is silent, and goes on trying where another protocol is spoken.
-                start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
-            if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
-                raise ConnectionError("another protocol")
-        except (OSError, OverflowError) as error:
-            raise InputError(f"--cluster {word}", *SILENT) from error
+    if local:
+        return "local", int(local[1])
+    protocol, host, port = address.groups()
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
+            # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
+            # ever for one that is silent, and goes on trying where another protocol is spoken.
+            start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
+        if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+            raise ConnectionError("another protocol")
+    except (OSError, OverflowError) as error:
+        raise InputError(f"--cluster {word}", *SILENT) from error
+    return "address", word
 
 
 @contextmanager
@@ -107,8 +99,7 @@ def open_workers(word):
     InputError
         The cluster does not answer, or its workers have another CityPV.
     """
-    check_cluster(word)
-    kind, value = parse_cluster(word)
+    kind, value = check_cluster(word)
     if kind == SERIAL:
         yield Workers(None, "This process")
         return

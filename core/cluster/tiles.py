@@ -73,21 +73,18 @@ def box_members(corners, member, count):
 
 
 def find_centres(scene):
-    """Centres of the surfaces in plan, weighted by area: (n, 2) float64 [m].
+    """Centres of the bounding boxes of the surfaces in plan: (n, 2) float64 [m].
 
     A surface without triangles takes that of the one before it.
     """
-    own = scene.triangle_surface >= 0
+    own, count = scene.triangle_surface >= 0, len(scene.surfaces)
     corners = np.asarray(scene.vertices, float)[scene.triangles[own]]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    surface, count = scene.triangle_surface[own], len(scene.surfaces)
-    whole = np.bincount(surface, area, count)
-    sums = [np.bincount(surface, area * corners[:, :, axis].mean(axis=1), count) for axis in (0, 1)]
-    known = np.flatnonzero(whole > 0)
+    low, high = box_members(corners, scene.triangle_surface[own], count)
+    known = np.flatnonzero(np.isfinite(low[:, 0]))
     if not len(known):
         return np.zeros((count, 2))
     before = known[np.maximum(np.searchsorted(known, np.arange(count), side="right") - 1, 0)]
-    return (np.stack(sums, axis=1)[before]) / whole[before][:, None]
+    return (low + high)[before, :2] / 2
 
 
 def assign_tiles(scene, size):
@@ -194,22 +191,19 @@ def take_part(scene, pieces, tile):
     place[rows] = np.arange(len(rows), dtype=np.int32)
     surfaces = take_fields(scene.surfaces, rows)
     surfaces.eligible &= np.isin(rows, tile.rows)  # only its own
+    # What every scene has of each triangle, and what some have.
+    of_triangles = {name: getattr(scene, name) for name in ("footprint", "closure", "number", "sheet")}
     part = replace(
         scene,
+        **{name: values[kept] for name, values in of_triangles.items() if values is not None},
         vertices=scene.vertices[used],
         triangles=triangles.reshape(-1, 3).astype(np.int32),
         triangle_surface=place[scene.triangle_surface[kept]],
-        footprint=scene.footprint[kept],
-        closure=scene.closure[kept],
         surfaces=surfaces,
         report=ImportReport(),
-        number=scene.number[kept],
         halo=around[kept],
         trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
-    # What not every scene has.
-    if scene.sheet is not None:
-        part.sheet = scene.sheet[kept]
     if scene.back_of is not None:
         triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
         triangle[kept] = np.arange(len(kept), dtype=np.int32)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
-from ..effects.beyond_scene import share_terrain
+from ..effects.effect import TracePlan
 from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.transfer import take_rows
 from ..rays.hemisphere_rays import rays_from_patches
@@ -45,7 +45,7 @@ class Run:
     suns: Suns
     weather: Any  # Weather
     city: tuple  # bounds of the whole scene in plan, two (2,) float64 [m]
-    terrain: Any = None  # TracePlan of the distant terrain alone, decided for the whole
+    terrain: TracePlan  # of the distant terrain alone, decided for the whole
 
 
 @dataclass
@@ -83,11 +83,14 @@ def trace_part(run_path, part_path, result_path, threads):
     run, part = read_task(run_path), read_task(part_path)
     request, scene = replace(run.request, threads=threads), part.scene
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
-    prepared = build_tree(replace(prepared, plan=share_terrain(prepared.plan, run.terrain)), request)
+    terrain = run.terrain
+    effects = [terrain[one.key] if one.key == "terrain-horizon" else one for one in prepared.plan.effects]
+    plan = replace(prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns)
+    prepared = build_tree(replace(prepared, plan=plan), request)
     halo = measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())
-    del scene, prepared
+    del scene, prepared, plan
     transfer = trace_scene(few.scene, run.weather, request, silent, Path(result_path).parent, prepared=few.prepared)
     sampling = None
     if part.measure:

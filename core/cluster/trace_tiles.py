@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..effects.beyond_scene import terrain_alone
+from ..effects.effect import TracePlan
 from ..effects.rays import count_surely
 from ..light.prepare_scene import PreparedScene
 from ..patches.read_albedo import name_brdfs
@@ -28,7 +28,7 @@ from ..settings.progress import silent
 from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
-from .join_tiles import join_records, join_tiles
+from .join_tiles import join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks, write_task
 from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
@@ -128,7 +128,10 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     folder = Path(folder)
     scene = prepare_whole(prepared.scene)
     squares = assign_tiles(scene, settings.tile)
-    tell(describe_squares(squares, settings.tile))
+    places = np.array([[int(part) for part in name.split("_")] for name, _ in squares])
+    empty = int(np.prod(places.max(axis=0) + 1)) - len(squares)
+    passed = f"; {empty:,} squares without buildings are passed over" if empty else ""
+    tell(f"{len(squares):,} tiles of {settings.tile:g} m{passed}")
     kept, found = set(), []
     with open_workers(settings.cluster) as workers:
         tell(workers.words)
@@ -138,25 +141,10 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             progress(STAGE, len(kept) + done, len(squares), STAGE)
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")
-    figures, records = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found], []
-
-    def read_parts():
-        for tile, path in found:
-            transfer = read_transfer(path)
-            records.append(transfer.record)
-            yield tile.rows, transfer
-
-    transfer = join_tiles(read_parts(), prepared, folder)
-    transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
+    figures = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found]
+    parts = ((tile.rows, read_transfer(path)) for tile, path in found)
+    transfer = join_tiles(parts, prepared, request, figures, folder)
     return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
-
-
-def describe_squares(squares, size):
-    """How many tiles there are, and how many squares between them hold nothing, as a line of text."""
-    places = np.array([[int(part) for part in name.split("_")] for name, _ in squares])
-    empty = int(np.prod(places.max(axis=0) + 1)) - len(squares)
-    passed = f"; {empty:,} squares without buildings are passed over" if empty else ""
-    return f"{len(squares):,} tiles of {size:g} m{passed}"
 
 
 def make_tasks(scene, squares, inputs, folder, lists):
@@ -177,8 +165,9 @@ def make_tasks(scene, squares, inputs, folder, lists):
     pieces, (kept, found) = box_pieces(scene), lists
     built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
-    settled, terrain = settle(prepared, request), terrain_alone(prepared.plan)
-    shared = pickle.dumps(Run(settled, prepared.suns, weather, city, terrain), protocol=5)
+    plan = prepared.plan  # of which the tiles' own plans take the terrain
+    terrain = TracePlan([plan["terrain-horizon"]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
+    shared = pickle.dumps(Run(settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5)
     run_path = write_task(folder, "run", shared)
     run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
@@ -218,7 +207,6 @@ def describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
     area = np.array([one["area"] for one in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))
-    halo = {key: [one["halo"].get(key, 0.0) for one in figures] for key in SHARES}
     peaks = [one["peak_memory_bytes"] for one in figures if one["peak_memory_bytes"]]
     return {
         "cluster": settings.cluster,
@@ -230,6 +218,6 @@ def describe_tiles(tiles, figures, settings):
         "triangles": sum(one["triangles"] for one in figures),
         "processor_seconds": sum(one["processor_seconds"] for one in figures),
         "peak_memory_bytes_of_a_worker": max(peaks, default=None),
-        "left_out": {key: float(share @ np.array(values)) for key, values in halo.items()},
+        "left_out": {key: float(share @ [one["halo"].get(key, 0.0) for one in figures]) for key in SHARES},
         "unit": "m, s, shares of the hemisphere",
     }
