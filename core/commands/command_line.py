@@ -265,7 +265,7 @@ def run_effects(options):
     from .show import list_effects
 
     plan = list_effects(options.city, read_request(options), TerminalProgress(lasting=False))
-    print_found(options, [effect.as_dict() for effect in plan.effects], describe_plan(plan))
+    print_found(options, [asdict(effect) for effect in plan.effects], describe_plan(plan))
 
 
 def run_accuracy(options):

@@ -2,8 +2,8 @@
 
 Terrain far from it hides suns and sky. The open ground beyond it, up to the horizon, reflects light as if nothing
 shaded it. Where the near ground ends, buildings still shade it a little: at a distance of r building heights a long row
-of them hides (1 - cos β)/2 of its sky, with tan β = 1/r, and suns below β on one side. The sky of Perez is brighter
-around the sun and at the horizon, instead of an even one.
+of them hides (1 - cos β)/2 of its sky, with tan β = 1/r. The sky of Perez is brighter around the sun and at the
+horizon, instead of an even one.
 """
 
 from dataclasses import replace
@@ -16,8 +16,8 @@ from ..sun.horizon import UP, first_light, is_above, light_behind, lost_sky, sum
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
-from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .effect import NO_SUNS, Effect, TracePlan, counted_surfaces
+from .closed_form import ground_view_of_tilt
+from .effect import NO_SUNS, Effect, counted_surfaces
 
 TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
@@ -41,11 +41,13 @@ def decide_terrain(inputs):
     # The horizons of buildings lie between those of the corners: between their lowest and their highest edge.
     edges = [one.elevation for one in (horizon, *corners)]
     lowest, top = (replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum))
-
-    def between(year, normal, albedo):
-        low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
-        return np.abs(high - low)
-
+    bound = largest_share(
+        inputs,
+        lambda year, normal, albedo: np.abs(
+            np.subtract(*(light_behind(year, normal, one, albedo) for one in (top, lowest)))
+        ),
+        horizon,
+    )
     reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
@@ -53,24 +55,17 @@ def decide_terrain(inputs):
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
-    bound = largest_share(inputs, between, horizon)
-    return Effect(TERRAIN, True, describe_level_ground(inputs, horizon), reason, bound)
+    extent = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
+    if inputs.weather is not None:
+        year = year_of(inputs)
+        behind, whole = (sum_direct(year, UP, some)[0] for some in (~is_above(horizon, year.towards), slice(None)))
+        extent += f" and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
+    return Effect(TERRAIN, True, extent, reason, bound)
 
 
 def name_point(azimuth):
     """Point of the compass: "south-west" of 225°."""
     return POINTS[round(azimuth / 45) % 8]
-
-
-def terrain_alone(plan):
-    """What a plan says of terrain, without its patches: TracePlan."""
-    return TracePlan([plan[TERRAIN]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
-
-
-def share_terrain(plan, whole):
-    """The plan of a tile with the terrain of the whole city's: TracePlan."""
-    effects = [whole[TERRAIN] if one.key == TERRAIN else one for one in plan.effects]
-    return replace(plan, effects=effects, terrain=whole.terrain, hidden_suns=whole.hidden_suns)
 
 
 def seen_from(horizon):
@@ -97,16 +92,6 @@ def find_hidden(inputs, horizon):
     open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
     used = np.bincount(match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns))
     return suns.direction[(used == 0) & ~is_above(lower, suns.direction)].astype(np.float32)
-
-
-def describe_level_ground(inputs, horizon):
-    """What a horizon hides from level ground of the sky and, where the year is known, of its sunlight, in words."""
-    words = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
-    if inputs.weather is None:
-        return words
-    year = year_of(inputs)
-    behind, whole = (sum_direct(year, UP, chosen)[0] for chosen in (~is_above(horizon, year.towards), slice(None)))
-    return f"{words} and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
 
 
 def year_of(inputs):
@@ -153,10 +138,7 @@ FAR_GROUND = "far-ground"
 
 
 def decide_far_ground(inputs):
-    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades.
-
-    The bound is the closed form of the kind and orientation that sees most of the far ground.
-    """
+    """On if anything reflects; the run tells what ground at the edge of the near ground lacks of its light."""
     plan = inputs.plan
     if not inputs.asked(FAR_GROUND, inputs.request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
@@ -166,15 +148,7 @@ def decide_far_ground(inputs):
         return Effect(FAR_GROUND, False, "none", words, 0.0, share=0.0)
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
-    bound = share_left_out(inputs) if inputs.unshaded else None
-    if bound is not None:
-        # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
-        surfaces = inputs.scene.surfaces
-        normal = np.asarray(surfaces.normal, float)[counted_surfaces(surfaces)]
-        reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
-        light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
-        bound = max(bound, float((reflected / light).max())) * max(shade_at_edge(plan.reach, inputs.suns))
-    return Effect(FAR_GROUND, True, "once reflected", words, bound)
+    return Effect(FAR_GROUND, True, "once reflected", words, None)
 
 
 def share_left_out(inputs):
@@ -208,27 +182,6 @@ def measure_reach(scene, patches):
         return 0.0
     room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
     return float(max(room.min(), 0.0) / (city[:, 2].max() - np.median(ground[:, 2])))
-
-
-def shade_at_edge(reach, suns):
-    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at some distance.
-
-    Parameters
-    ----------
-    reach : float
-        Distance in building heights.
-    suns : Suns or None
-
-    Returns
-    -------
-    of_sky, of_sun : float
-        Half of the light of suns below the row's edge.
-    """
-    lowest, of_sun = np.arctan2(1.0, reach), 0.0
-    if suns is not None:
-        light = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
-        of_sun = light[suns.direction[:, 2] < np.sin(lowest)].sum() / max(light.sum(), 1e-9) / 2
-    return float((1 - np.cos(lowest)) / 2), float(of_sun)
 
 
 PEREZ = "perez"

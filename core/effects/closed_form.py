@@ -13,8 +13,7 @@ from ..settings.errors import UNIT, check_array
 from ..sun.horizon import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
-NORMAL_BITS = 21  # of such a step, from -HALF_RANGE on
-HALF_RANGE = 1 << (NORMAL_BITS - 1)
+NUMBERED = np.array([1 << 42, 1 << 21, 1])  # times steps from -10⁶ to 10⁶: numbers that differ where normals do
 
 
 def find_unobstructed(patches, vertices):
@@ -37,9 +36,10 @@ def find_unobstructed(patches, vertices):
         outermost = vertices[ConvexHull(vertices).vertices]
     except QhullError:  # all points lie in one plane
         outermost = vertices
-    numbers, which = np.unique(number_normals(patches.normal), return_inverse=True)
-    parts = [(numbers >> shift & (2 * HALF_RANGE - 1)) - HALF_RANGE for shift in (2 * NORMAL_BITS, NORMAL_BITS, 0)]
-    normals = np.stack(parts, axis=1) / NORMAL_STEPS  # (k, 3) float64, each once
+    # One number for each normal, since rows are sorted much more slowly; that of the opposite one has the other sign.
+    steps = np.rint(patches.normal.astype(float) * NORMAL_STEPS).astype(np.int64)
+    numbers, first, which = np.unique(steps @ NUMBERED, return_index=True, return_inverse=True)
+    normals = steps[first] / NORMAL_STEPS  # (k, 3) float64, each once
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     slices = np.array_split(normals, len(normals) * len(outermost) // 10_000_000 + 1)
     reach = np.concatenate([(part @ outermost.T).max(axis=1) for part in slices])
@@ -48,16 +48,9 @@ def find_unobstructed(patches, vertices):
     # Extent along each normal of the patches that face the opposite way: a floor lies on such ground.
     nearest = np.full(len(normals), np.inf)
     np.minimum.at(nearest, which, own)
-    opposed = number_normals(-normals)
-    opposite = np.minimum(np.searchsorted(numbers, opposed), len(numbers) - 1)
-    extent = np.where(numbers[opposite] == opposed, -nearest[opposite], -np.inf)
+    opposite = np.minimum(np.searchsorted(numbers, -numbers), len(numbers) - 1)
+    extent = np.where(numbers[opposite] == -numbers, -nearest[opposite], -np.inf)
     return (reach[which] - own <= slack) & (own - extent[which] > slack)
-
-
-def number_normals(normal):
-    """One number for each normal, which is sorted much faster than rows are: (p,) int64."""
-    steps = np.rint(normal.astype(float) * NORMAL_STEPS).astype(np.int64) + HALF_RANGE
-    return (steps[:, 0] << 2 * NORMAL_BITS) | (steps[:, 1] << NORMAL_BITS) | steps[:, 2]
 
 
 def sky_view_of_tilt(normal, horizon=None):

@@ -30,10 +30,6 @@ class Effect:
     share: float | None = None  # of full load hours that the effect adds or takes; None: not known
     share_standard_error: float | None = None
 
-    def as_dict(self):
-        """All fields by name."""
-        return asdict(self)
-
 
 @dataclass
 class TracePlan:
@@ -63,11 +59,6 @@ class TracePlan:
     def reflections(self) -> bool:
         """Whether the matrix of form factors is needed."""
         return self.max_bounces != 0
-
-    @property
-    def reflectors(self) -> bool:
-        """Whether ground that no surface sees is left out."""
-        return self.optional is not None
 
     @property
     def sources(self) -> tuple:
@@ -109,13 +100,6 @@ class Inputs:
         horizon = self.horizons[0]
         return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
 
-    @cached_property
-    def unshaded(self) -> bool:
-        """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
-        wanted = np.append(counted_surfaces(self.scene.surfaces), False)
-        receivers = wanted[self.scene.triangle_surface] & self.patches.receives
-        return bool(self.plan.unobstructed[receivers].all())
-
 
 def counted_surfaces(surfaces):
     """Surfaces whose light counts: the eligible ones, or all where none is: (n,) bool."""
@@ -146,7 +130,7 @@ def judge_effects(plan, measured):
     Returns
     -------
     list of dict
-        Of `Effect.as_dict`.
+        Fields of Effect by name.
     """
     hidden = (1 - np.cos(np.arctan2(1.0, plan.reach))) / 2  # of the sky, from where the far ground begins
     left_out = {
@@ -163,4 +147,4 @@ def judge_effects(plan, measured):
         found = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
         holds = None if None in (found, effect.bound) else bool(found <= effect.bound)
         effect.outcome = None if found is None else {"left_out": found, "holds": holds}
-    return [effect.as_dict() for effect in plan.effects]
+    return [asdict(effect) for effect in plan.effects]

@@ -122,7 +122,7 @@ def trace_all(context, known=None):
     )
     sends = patches.receives & ~context.known
     found = [empty_traced(context) for _ in range(context.ray_scene.states)]
-    ground = plan.optional if plan.reflectors else np.zeros(len(patches), bool)
+    ground = plan.optional if plan.optional is not None else np.zeros(len(patches), bool)
     full = sends & context.full & ~ground
     # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
     most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0
@@ -148,7 +148,7 @@ def trace_all(context, known=None):
         filled = [measure_filled(one.form_factors, patches.area) for one in found]
         found[0].filled = np.maximum.reduce(filled)
     trace(sends & ~full & ~ground, fewer)
-    if plan.reflectors:
+    if plan.optional is not None:
         seen = sends & ground & (sum(hits_of_patches(one.form_factors) for one in found) > 0)
         trace(seen, every if plan.receivers is None else fewer)
         unseen = sends & ground & ~seen

@@ -1,5 +1,6 @@
 """What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the presets."""
 
+from dataclasses import asdict
 from math import isfinite
 
 import bpy
@@ -58,7 +59,7 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
         session, request = task
         weather = prepare_weather(session, request, progress)
         prepared = prepare_study(session.scene, weather, request, progress=progress)
-        return session, [effect.as_dict() for effect in prepared.plan.effects]
+        return session, [asdict(effect) for effect in prepared.plan.effects]
 
     def finish(self, context, result):
         """Store the decisions on the city."""
