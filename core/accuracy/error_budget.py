@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from ..city.classify import ORIENTATIONS, SECTOR
 from ..effects.beyond_scene import change_unshaded
 from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampling_share
 from ..settings.progress import describe_duration
-from ..sun.solar_position import sun_direction
 from .refine import rounds_needed
 from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
@@ -17,10 +15,8 @@ WHAT = {  # source -> what its number is
     "cut_reflections": "bound: light that reflections after the last one would add",
     "patch_size": "estimate, signed: light that is uneven within the elements of patches, of surfaces where it counts",
     "far_ground": "bound: what was left out of the light of the far ground",
-    "sky_model": "for information: an unshaded plane of this kind under the Perez sky, over the isotropic one",
+    "sky_model": "for information: unshaded planes that face as the group does, by the Perez over the isotropic sky",
 }
-TILTS = {"facade": 90.0, "roof": 35.0, "steep": 75.0, "rack": 10.0}
-AZIMUTHS = {name: SECTOR * number for number, name in enumerate(ORIENTATIONS)}
 
 
 def budget_groups(transfer, weather, energy, bounces):
@@ -41,12 +37,13 @@ def budget_groups(transfer, weather, energy, bounces):
     """
     errors = errors_of_energy(transfer, weather, energy)
     own, passed_on = errors.own, errors.passed_on
-    area = np.asarray(transfer.surfaces.area, float)
-    names = name_groups(transfer.surfaces)
+    area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
     effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
-    found, sky_model = {}, shares_of_sky_model(weather, energy.groups, transfer.ground_albedo)
-    for name in energy.groups:
-        members = (names == " ".join(name)) & energy.eligible & np.isfinite(own)
+    parts = [(names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups]
+    facing = np.array([area[members] @ transfer.surfaces.normal[members] for members in parts]).reshape(-1, 3)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    sky_model, found = change_unshaded(weather, facing, transfer.ground_albedo), {}
+    for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
         share = {
@@ -55,7 +52,7 @@ def budget_groups(transfer, weather, energy, bounces):
             "cut_reflections": None if bounces is None else bounces / 100,
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),
-            "sky_model": sky_model[name],
+            "sky_model": change,
         }
         found[" ".join(name)] = {
             source: {"hours": None if part is None else part * hours, "percent": None if part is None else 100 * part}
@@ -64,22 +61,13 @@ def budget_groups(transfer, weather, energy, bounces):
     return found
 
 
-def shares_of_sky_model(weather, names, ground_albedo):
-    """Yearly irradiance of unshaded planes of some kinds and orientations by Perez over isotropic, less 1."""
-    known = [name for name in names if name[0] in TILTS and name[1] in AZIMUTHS]
-    planes = np.array([(TILTS[kind], AZIMUTHS[orientation]) for kind, orientation in known]).reshape(-1, 2).T
-    change = change_unshaded(weather, sun_direction(*planes), ground_albedo)
-    return dict.fromkeys(names) | dict(zip(known, change.tolist(), strict=True))
-
-
 def budget_surfaces(errors):
     """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of percent."""
-
-    def of(without):
-        return {"median": errors.at_share(without=without, share=0.5), "at_95": errors.at_share(without=without)}
-
-    found = {source: of([other for other in SOURCES if other != source]) for source in SOURCES}
-    return {**found, "all": of(())}
+    without = {source: [other for other in SOURCES if other != source] for source in SOURCES} | {"all": ()}
+    return {
+        source: {"median": errors.at_share(without=others, share=0.5), "at_95": errors.at_share(without=others)}
+        for source, others in without.items()
+    }
 
 
 def suggest_more(transfer, weather, energy):

@@ -1,11 +1,15 @@
-"""What effects change, measured: a small part of the city traced with each of them switched on and off.
+"""What effects change, measured: with each of them switched on and off.
+
+Effects of light: a small part of the city is traced with each.
 
 Both runs have the same random numbers, so that their difference has little noise. Several pairs, each with numbers of
 its own, tell how much; and where the part is one of a larger city, its surfaces tell how far others may differ. It is
 the middle of the city: towards the edge less stands in the way.
+
+Effects of the modules, and Perez's sky: full load hours of a Transfer are computed with each.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,9 +18,10 @@ from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
 from ..light.prepare_scene import reseed
+from ..light.transfer import SourceLight, take_rows
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
-from ..sun.sky_models import choose_sky
+from ..sun.sky_models import choose_sky, sources_of
 from .pilot import choose_square, trace_part, traced_patches
 from .trace_run import choose_year
 
@@ -25,15 +30,11 @@ PAIRS = 3
 MOST = 1_000  # patches of the part
 INNER = 0.5  # of them lie in its inner part, whose surfaces count
 SUNS = "days:12"
-
-
-@dataclass
-class PartLight:
-    """What a run of a part of a city found."""
-
-    hours: np.ndarray  # (n,) full load hours of the city's surfaces times their area [h m²]; 0 outside the part
-    seconds: np.ndarray  # (2,) [s] of processor time, before the suns and from then on
-    transfer: object  # of the surfaces of the part
+MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
+SWITCHED_ON = {"on": True, "extent": "simulated", "reason": "switched on", "bound": 0.0, "outcome": None}
+SWITCHED_OFF = {"on": False, "extent": "left out", "reason": "switched off", "bound": None, "outcome": None}
+KEY = "perez"
+ISOTROPIC = "isotropic"
 
 
 def measure_effects(inputs, progress=silent):
@@ -68,11 +69,11 @@ def measure_effects(inputs, progress=silent):
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
-        light = np.array([[run.hours[counted] for run in pair] for pair in runs])  # (PAIRS, 2, k) [h m²]
-        spent = np.array([[run.seconds for run in pair] for pair in runs])  # (PAIRS, 2, 2) [s]
+        light = np.array([[hours[counted] for hours, *_ in pair] for pair in runs])  # (PAIRS, 2, k) [h m²]
+        spent = np.array([[seconds for _, seconds, _ in pair] for pair in runs])  # (PAIRS, 2, 2) [s]
         effect.share, effect.share_standard_error = compare_light(light[:, 0], light[:, 1], 1 - part_of_all)
         effect.seconds = float(np.median((spent[:, 0] - spent[:, 1]) @ more))  # the first run loads compiled code
-    return planned.transfer
+    return planned[-1]
 
 
 def replan(inputs, key=None):
@@ -96,19 +97,22 @@ def choose_neighbourhood(prepared, count=MOST):
     scene, traced = prepared.scene, traced_patches(prepared)
     square = choose_square(scene, prepared.patches, traced, count)
     within = square if square.all() else choose_square(scene, prepared.patches, traced, int(INNER * count))
-    counted = surfaces_of(scene, within)
-    return square, counted if (counted & scene.surfaces.eligible).any() else surfaces_of(scene, square)
-
-
-def surfaces_of(scene, patches):
-    """Surfaces of some patches: (n,) bool."""
-    found, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
-    found[own[patches & (own >= 0)]] = True
-    return found
+    inner, every = (np.isin(np.arange(len(scene.surfaces)), scene.triangle_surface[some]) for some in (within, square))
+    return square, inner if (inner & scene.surfaces.eligible).any() else every
 
 
 def trace_light(inputs, square, suns, pair):
-    """Trace a part of a city with the random numbers of one pair: PartLight."""
+    """Trace a part of a city with the random numbers of one pair.
+
+    Returns
+    -------
+    hours : (n,) float64
+        Full load hours of the city's surfaces times their area [h m²]; 0 outside the part.
+    seconds : (float, float)
+        [s] of processor time, before the suns and from then on.
+    Transfer
+        Of the surfaces of the part.
+    """
     request, surfaces = inputs.request, inputs.scene.surfaces
     inputs = inputs._replace(prepared=reseed(inputs.prepared, request.seed + pair))
     run, transfer, part = trace_part(inputs, square, (request.samples, request.shadow_samples), suns)
@@ -117,7 +121,7 @@ def trace_light(inputs, square, suns, pair):
     area = np.where(energy.eligible, energy.counted_area, 0) if surfaces.eligible.any() else transfer.surfaces.area
     hours = np.zeros(len(surfaces))
     hours[part.surfaces] = np.nan_to_num(energy.full_load_hours) * area
-    return PartLight(hours, np.array(run.seconds), transfer)
+    return hours, run.seconds, transfer
 
 
 def compare_light(on, off, unseen):
@@ -139,3 +143,132 @@ def compare_light(on, off, unseen):
     apart = one - off.mean(axis=0) - share * one
     drawn = np.sqrt(max(unseen, 0.0) * (apart**2).sum()) / one.sum()
     return share, float(np.hypot(shares.std(ddof=1) / np.sqrt(len(shares)), drawn))
+
+
+def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic"):
+    """Share of full load hours that each effect of the modules adds, or takes if negative.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of it MOST_SURFACES eligible surfaces are looked at, or all if no more are eligible.
+    weather : Weather
+    system : PvSystem
+    threads : int, optional
+    sky : str
+        Model of the diffuse sky, as of `compute_energy`.
+
+    Returns
+    -------
+    dict of str to float
+        (with - without)/with, of the area-weighted full load hours; empty if no surface is eligible.
+    """
+    rows, weight = draw_surfaces(transfer.surfaces)
+    few = take_rows(transfer, rows)
+    if not len(rows):
+        return {}
+
+    def hours(switched):
+        energy = compute_energy(few, weather, replace(system, **switched), threads, sky=sky)
+        return float(weight @ np.nan_to_num(energy.full_load_hours))
+
+    as_set, found = hours({}), {}
+    for key in ELECTRIC:
+        as_switched = getattr(system, key)
+        other = hours({key: not as_switched})
+        on, off = (as_set, other) if as_switched else (other, as_set)
+        found[key] = (on - off) / on if on > 0 else 0.0
+    return found
+
+
+def state_effects(summary, transfer, weather, system, *, sky, threads=None):
+    """Write the measured shares into the effects of a summary; without a plan (a file of long ago) there are none.
+
+    Parameters
+    ----------
+    summary : dict
+        Of `summarise`; changed.
+    transfer : Transfer
+    weather : Weather
+    system : PvSystem
+        Of this year's electricity, which may differ from that of the run that was traced, as may the sky.
+    sky : str
+        Model of the sky that weighed the Transfer.
+    threads : int, optional
+
+    Returns
+    -------
+    dict of str to float
+        Of `shares_of_effects`.
+    """
+    shares = shares_of_effects(transfer, weather, system, threads, sky=sky)
+    if shares:
+        found = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
+        found[KEY] = *share_of_sky(transfer, weather, system, threads), sky == KEY
+        state_shares(summary, found)
+    return shares
+
+
+def state_shares(summary, found):
+    """Write share and outcome of effects, `found` by key: share, what is left out without it, and whether it is on."""
+    for effect in summary["traced"].get("effects") or ():
+        if effect["key"] not in found:
+            continue
+        share, most, on = found[effect["key"]]
+        if on != effect.get("on", on):  # decided anew by `citypv yield`
+            effect.update(SWITCHED_ON if on else SWITCHED_OFF)
+        effect["share"] = share
+        if not on or not effect.get("outcome"):
+            left_out = 0.0 if on else most
+            bound = left_out if effect.get("bound") is None else effect["bound"]
+            effect["outcome"] = {"left_out": left_out, "holds": bool(left_out <= bound)}
+
+
+def draw_surfaces(surfaces):
+    """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and azimuth.
+
+    Returns
+    -------
+    rows : (k,) int
+    weight : (k,) float64
+    """
+    rows = np.flatnonzero(surfaces.eligible)
+    if len(rows) <= MOST_SURFACES:
+        return rows, surfaces.area[rows]
+    order = rows[np.lexsort([surfaces.surface_azimuth[rows], surfaces.surface_tilt[rows]])]
+    area = np.cumsum(surfaces.area[order])
+    steps = (np.arange(MOST_SURFACES) + 0.5) / MOST_SURFACES * area[-1]
+    return order[np.searchsorted(area, steps)], np.ones(MOST_SURFACES)
+
+
+def share_of_sky(transfer, weather, system, threads=None):
+    """Share of full load hours that Perez's sky adds, or takes if negative.
+
+    Where a source of light was not traced, each surface sees as much of it as of the sky that it faces.
+
+    Returns
+    -------
+    share : float
+        (Perez - isotropic)/Perez, of the area-weighted full load hours.
+    largest : float
+        The same of the kind and orientation where it is largest, without sign.
+    """
+    rows, weight = draw_surfaces(transfer.surfaces)
+    few = with_sources(take_rows(transfer, rows))
+    of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
+    names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
+    groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
+    perez, isotropic = np.nan_to_num(of_sky)
+    sums = ((one @ perez, one @ (perez - isotropic)) for one in (weight, *groups))
+    share, *of_groups = (float(change / whole) if whole > 0 else 0.0 for whole, change in sums)
+    return share, max(map(abs, of_groups))
+
+
+def with_sources(transfer):
+    """A Transfer, and its state without leaves, whose surfaces see as much of each source of light as of the sky."""
+    bare = transfer.bare and with_sources(transfer.bare)
+    normal = np.asarray(transfer.surfaces.normal, float)
+    openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
+    views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}
+    estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}
+    return replace(transfer, bare=bare, sources=estimated | transfer.sources)

@@ -1,7 +1,7 @@
 """A city reduced to some of its patches: arrays have rows of these only, all other triangles still block rays.
 
     rows       of the part │ stand-ins for all others, when their fronts are hit │ when their backs are hit
-               as they are │ neither receive nor reflect                         │ sheets, ground from below, others
+               as they are │ neither receive nor reflect                         │ of ground from below, and others
 
 In place of stand-ins, patches of the part can be met for others that are like them, as in the surroundings of a tile.
 The tree stays that of the whole city. Patches keep their random numbers, so that rays, hits and light are those of a
@@ -18,7 +18,7 @@ from ..light.transfer import take_fields
 from ..patches.patches import take_patches
 
 STAND_INS = 2_048  # for generated ground, and as many for all else
-BACKS = 4  # rows for backs: of sheets or not, of the ground from below or not
+BACKS = 2  # rows for backs: of others, and of the ground from below
 
 
 @dataclass
@@ -49,7 +49,7 @@ class RaysOfPart:
         self._whole, self._facing = whole[0], whole[1].facing
         self._whole.canopy = None
         self.engine = self._whole.engine
-        self.trace_shadow_states, self.trace_blocked = self._whole.trace_shadow_states, self._whole.trace_blocked
+        self.trace_shadow_states = self._whole.trace_shadow_states
 
     @property
     def thread_seconds(self):
@@ -148,8 +148,7 @@ def stand_for_others(patches, first):
         getattr(patches, name)[first:] = value
     patches.facing[first:] = 0, 0, 0, -1  # hit from the front whatever the direction
     patches.facing[count - BACKS :, 3] = 1
-    patches.other_side[[count - 3, count - 1]] = 0
-    patches.ground[count - 2 :], patches.normal[count - 2 :] = True, (0, 0, 1)
+    patches.ground[count - 1], patches.normal[count - 1] = True, (0, 0, 1)
     return patches
 
 
@@ -157,8 +156,7 @@ def rows_of_hits(prepared, rows, others, members=None):
     """Rows of `RaysOfPart`; members as of `keep_patches`."""
     patches, ground = prepared.patches, prepared.scene.triangle_surface < 0
     last = len(rows) + len(others)
-    above = patches.ground & (patches.normal[:, 2] > 0)
-    back = last + (patches.other_side >= 0) + 2 * above
+    back = last + (patches.ground & (patches.normal[:, 2] > 0))
     front = np.zeros(len(patches), np.int32) if members is None else np.searchsorted(rows, members).astype(np.int32)
     for kind in (ground, ~ground):
         places = len(rows) + np.flatnonzero(kind[others])

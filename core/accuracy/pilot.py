@@ -18,7 +18,6 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
 from ..photons.specular_light import trace_hybrid
-from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
 from ..sun.sky_models import choose_sky
 from .part_of_city import keep_patches
@@ -156,11 +155,6 @@ def choose_square(scene, patches, traced, count):
     return distance <= np.sort(distance[traced])[count - 1]
 
 
-def whole_replicates(rays):
-    """Rays of a patch, a whole number for each replicate."""
-    return -(-rays // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
-
-
 def count_patches(patches, plan, rays, samples):
     """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two float.
 
@@ -169,7 +163,7 @@ def count_patches(patches, plan, rays, samples):
     sends = patches.receives & ~plan.unobstructed
     full = sends if plan.receivers is None else sends & plan.receivers
     counts = np.array([full.sum(), (sends & ~full).sum()], float)
-    most = counts @ [whole_replicates(samples), whole_replicates(fewer_rays(samples))]
+    most = counts @ [samples, fewer_rays(samples)]
     return tuple(counts * rays / max(most, 1))
 
 
@@ -179,5 +173,5 @@ def work_of_run(run):
     patches, points = 1 + counts.sum(), counts @ [run.shadow_samples, fewer_points(run.shadow_samples)]
     products = counts @ np.power(rays, MERGED) * (1 + run.bounces if run.bounces else 0)
     (patch, ray), (looking, point, product) = COSTS
-    before = patch * patches + ray * (counts @ [whole_replicates(one) for one in rays])
+    before = patch * patches + ray * (counts @ rays)
     return before, run.suns * (looking * patches + point * points + product * products)

@@ -50,32 +50,22 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
         under `groups`.
     """
     scene, prepared, weather, request = inputs
-    others = [suns for suns in ways if suns.sampling != "hourly"]
-    if not others or not transfer.surfaces.eligible.any():
+    every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
+    if every.keys() == {"hourly"} or not surfaces.eligible.any():
         return [NO_ERROR | {"patches": 0} for _ in ways]
-    every = [*others, choose_suns("hourly", *weather.axis, position=weather.data)]
-    *clustered, exact = trace_sun_samples(scene, transfer, every, request, progress, prepared=prepared, count=patches)
-    system, sky = build_system(request), choose_sky(request, transfer)
-    threads = usable_threads(request.threads)
-
-    def hours_of(one):
-        return compute_energy(one, weather, system, threads, sky=sky).full_load_hours
-
+    every.setdefault("hourly", choose_suns("hourly", *weather.axis, position=weather.data))
+    few = trace_sun_samples(scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches)
+    system, sky, threads = build_system(request), choose_sky(request, transfer), usable_threads(request.threads)
     with threadpool_limits(1, "blas"):  # its number is one of the process, so that no thread may set it alone
-        true, *hours_of_ways = map_in_order(hours_of, [exact, *clustered], threads)
-    surfaces = transfer.surfaces
-    names = name_groups(exact.surfaces)
+        light = map_in_order(lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads)
+        hours_by = {way: energy.full_load_hours for way, energy in zip(every, light, strict=True)}
+    true, names, of_surfaces = hours_by["hourly"], name_groups(few[0].surfaces), name_groups(surfaces)
     # Patches stand for the eligible area: of small groups more of them are looked at.
-    weight, whole, name_of_surface = np.zeros(len(names)), np.ones(len(names)), name_groups(surfaces)
-    for name in np.unique(names):
-        members, own = names == name, surfaces.eligible & (name_of_surface == name)
-        weight[members] = surfaces.area[own].sum() / members.sum()
-    hours_of_ways, found = iter(hours_of_ways), []
-    for hours in (true if suns.sampling == "hourly" else next(hours_of_ways) for suns in ways):
-        parts = {
-            str(name): compare_hours(hours[names == name], true[names == name], whole[names == name])
-            for name in np.unique(names)
-        }
+    weight, groups, found = np.zeros(len(names)), {str(name): names == name for name in np.unique(names)}, []
+    for name, own in groups.items():
+        weight[own] = surfaces.area[surfaces.eligible & (of_surfaces == name)].sum() / own.sum()
+    for hours in (hours_by[suns.sampling] for suns in ways):
+        parts = {name: compare_hours(hours[own], true[own], np.ones(own.sum())) for name, own in groups.items()}
         found.append({**compare_hours(hours, true, weight), "groups": parts})
     return found
 

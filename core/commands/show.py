@@ -4,8 +4,7 @@ import importlib.util
 import time
 from pathlib import Path
 
-from ..accuracy.effect_shares import shares_of_effects
-from ..accuracy.measure_effects import measure_effects
+from ..accuracy.measure_effects import measure_effects, shares_of_effects
 from ..accuracy.price_list import list_prices
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system

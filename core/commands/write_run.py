@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..accuracy.effect_shares import state_effects
+from ..accuracy.measure_effects import state_effects
 from ..city.grid_cells import outline_surfaces, split_into_cells
 from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours

@@ -9,8 +9,9 @@ from test_closed_forms import SUNS
 from test_tracing import three_houses
 from weathers import ERA5
 
-from citypv.core.accuracy.error_budget import budget_groups, shares_of_sky_model, suggest_more
+from citypv.core.accuracy.error_budget import budget_groups, suggest_more
 from citypv.core.accuracy.yield_errors import SOURCES, split_errors
+from citypv.core.effects.beyond_scene import change_unshaded
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.weather.read_weather import read_weather
 
@@ -60,11 +61,17 @@ def test_the_last_sentence_names_the_largest_part(run):
 
 
 def test_the_sky_model_moves_walls_as_published():
-    """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %."""
-    weather = read_weather(ERA5, 52.5, 13.4)
-    names = ("facade", "south"), ("facade", "north"), ("flat", "none")
-    *shares, flat = shares_of_sky_model(weather, names, 0.2).values()
-    assert shares == pytest.approx([0.121, -0.084], abs=0.003) and flat is None
+    """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %, and nothing on level ground."""
+    planes = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    south, north, level = change_unshaded(read_weather(ERA5, 52.5, 13.4), planes, 0.2)
+    assert [south, north] == pytest.approx([0.121, -0.084], abs=0.003) and level == pytest.approx(0, abs=1e-3)
+
+
+def test_the_sky_model_of_a_group_is_that_of_its_planes(run):
+    transfer, weather, energy = run
+    found = budget_groups(transfer, weather, energy, 0.4)["facade south"]["sky_model"]["percent"]
+    south = np.array([[0.0, -1.0, 0.0]])
+    assert found == pytest.approx(100 * change_unshaded(weather, south, transfer.ground_albedo)[0], abs=0.01)
 
 
 def test_a_scene_without_eligible_surfaces_has_no_sources(run):

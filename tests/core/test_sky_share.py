@@ -8,7 +8,7 @@ from planes import DC, run_chain
 from transfers import unshaded_transfer
 from weathers import HOUR
 
-from citypv.core.accuracy.effect_shares import share_of_sky
+from citypv.core.accuracy.measure_effects import share_of_sky
 from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.beyond_scene import bound_change
 from citypv.core.energy.compute_energy import compute_energy

@@ -9,7 +9,7 @@ from scenes import assert_mean, join, run_forward, run_gather, scene_of_triangle
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
-from citypv.core.accuracy.effect_shares import shares_of_effects
+from citypv.core.accuracy.measure_effects import shares_of_effects
 from citypv.core.city.canopy import Canopy
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
