@@ -1,12 +1,11 @@
 """What effects change, measured: with each of them switched on and off.
 
-Effects of light: a small part of the city is traced with each.
+Of effects of light, a small part of the city is traced. Both runs have the same random numbers, so that their
+difference has little noise. Several pairs, each with numbers of its own, tell how much; and where the part is one of a
+larger city, its surfaces tell how far others may differ. It is the middle of the city: towards the edge less stands in
+the way.
 
-Both runs have the same random numbers, so that their difference has little noise. Several pairs, each with numbers of
-its own, tell how much; and where the part is one of a larger city, its surfaces tell how far others may differ. It is
-the middle of the city: towards the edge less stands in the way.
-
-Effects of the modules, and Perez's sky: full load hours of a Transfer are computed with each.
+Of effects of the modules, and of Perez's sky, the full load hours of a Transfer are computed.
 """
 
 from dataclasses import replace

@@ -41,13 +41,12 @@ def decide_terrain(inputs):
     # The horizons of buildings lie between those of the corners: between their lowest and their highest edge.
     edges = [one.elevation for one in (horizon, *corners)]
     lowest, top = (replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum))
-    bound = largest_share(
-        inputs,
-        lambda year, normal, albedo: np.abs(
-            np.subtract(*(light_behind(year, normal, one, albedo) for one in (top, lowest)))
-        ),
-        horizon,
-    )
+
+    def between(year, normal, albedo):
+        low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
+        return np.abs(high - low)
+
+    bound = largest_share(inputs, between, horizon)
     reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
