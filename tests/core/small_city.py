@@ -8,6 +8,7 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 """
 # Options of a quick run.
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
+TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
 EAST, NORTH, UP = 390_000.0, 5_818_000.0, 30.0
 
 

@@ -6,13 +6,12 @@ import signal
 import numpy as np
 import pandas as pd
 import pytest
+from small_city import TABLES
 from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.commands import simulate, write_run
 from citypv.core.light import sun_blocks
-
-TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
 
 
 @pytest.fixture(autouse=True)

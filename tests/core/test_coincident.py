@@ -135,17 +135,6 @@ def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
 
 
 @both
-def test_a_board_drawn_from_both_sides(estimator):
-    """Upright, above the far ground: each side gets half of the sky, half of the ground and the suns before it."""
-    south = strip([-10, 0, 5], [20, 0, 0], [0, 0, 10], 3)
-    north = turned_over(strip([-10, 0, 5], [20, 0, 0], [0, 0, 10], 4))
-    transfer = trace(estimator, [south, north], max_bounces=1)
-    assert transfer.diffuse_relative == pytest.approx(0.5 + 0.25 * 0.5, abs=0.02)
-    before = (transfer.surfaces.normal @ SUNS.direction.T > 0).astype(float)
-    assert transfer.visible_share == pytest.approx(before, abs=0.02)
-
-
-@both
 def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     """It reflects as one drawn once: beyond half of the sky the wall gets 0.5 · F of the court."""
     court = turned_over(strip([-10, 0, 0], [20, 0, 0], [0, -10, 0], 2))

@@ -1,15 +1,16 @@
 """The program as its users meet it: what it writes, what it says, how it ends."""
 
-import csv
 import json
 import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
+import pandas as pd
 import pytest
 from cityjson_text import at, house, model, row
+from small_city import TABLES
+from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.commands.command_line import build_parser, read_request
@@ -17,14 +18,6 @@ from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
 from citypv.core.settings.progress import describe_progress
 from citypv.core.settings.request import Request
-
-ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
-TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
-
-
-def rows_of(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def names_in(folder):
@@ -42,22 +35,18 @@ def results(city, tmp_path_factory):
 
 
 def test_faces(results):
-    rows = rows_of(results / "faces.csv")
-    assert [row["surface_id"] for row in rows[:3]] == ["a_ground", "a_south", "a_east"]
-    assert len(rows) == 3 * 7
-    kinds = [row["kind"] for row in rows[:7]]
-    assert kinds == ["downward", "facade", "facade", "facade", "facade", "roof", "roof"]
-    assert [row["orientation"] for row in rows[1:7]] == ["south", "east", "north", "west", "south", "north"]
-    assert rows[0]["full_load_hours"] == ""
-    assert float(rows[0]["covered_share"]) == 1
-    by_name = {row["surface_id"]: row for row in rows}
-    hours = {name: float(row["full_load_hours"]) for name, row in by_name.items() if row["full_load_hours"]}
+    faces = pd.read_csv(results / "faces.csv", index_col="surface_id")
+    assert faces.index[:3].tolist() == ["a_ground", "a_south", "a_east"]
+    assert len(faces) == 3 * 7
+    assert faces["kind"][:7].tolist() == ["downward", "facade", "facade", "facade", "facade", "roof", "roof"]
+    assert faces["orientation"][1:7].tolist() == ["south", "east", "north", "west", "south", "north"]
+    assert pd.isna(faces.loc["a_ground", "full_load_hours"]) and faces.loc["a_ground", "covered_share"] == 1
+    hours = faces["full_load_hours"]
     assert hours["c_roof_south"] > hours["c_roof_north"] > hours["c_north"] > 0
     assert 900 < hours["b_roof_south"] < 1300
-    assert float(by_name["a_south"]["area"]) == pytest.approx(96, rel=1e-5)
-    azimuth = float(by_name["a_south"]["surface_azimuth"])
+    assert faces.loc["a_south", "area"] == pytest.approx(96, rel=1e-5)
     # Grid north is 1.28° west of true north there: (13.38° - 15°) · sin 52.5°.
-    assert azimuth == pytest.approx(180 - 1.285, abs=0.02)
+    assert faces.loc["a_south", "surface_azimuth"] == pytest.approx(180 - 1.285, abs=0.02)
 
 
 def test_summary(results):

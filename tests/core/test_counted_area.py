@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_city import EAST, NORTH, write_small_city
+from test_buildings import KWP
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
 
@@ -25,8 +26,6 @@ from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
-
-KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
 
 
 @pytest.fixture(scope="module")

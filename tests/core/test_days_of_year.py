@@ -14,19 +14,15 @@ from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
 PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (66.56, 25.0), (75.0, 179.9), (90.0, 0.0)]
 
 
-def rebuild(suns, times, interval, latitude, longitude):
-    """Places that the traced suns make of the sunny intervals' own, and these."""
+def angles(suns, times, interval, latitude, longitude):
+    """Angles [°] between the places that the traced suns make of the sunny intervals' own, and these."""
     match = match_suns(suns, times, interval, latitude, longitude)
     direction, sunny = sunny_directions(times, interval, latitude, longitude)
     np.testing.assert_allclose(match.weight.sum(axis=1), sunny, atol=1e-5)
     assert (match.index[match.weight == 0] == 0).all()
     place = np.einsum("tk,tkx->tx", match.weight[sunny], suns.direction[match.index[sunny]])
-    return place / np.linalg.norm(place, axis=1, keepdims=True), direction[sunny]
-
-
-def angles(suns, times, interval, latitude, longitude):
-    place, direction = rebuild(suns, times, interval, latitude, longitude)
-    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(place - direction, axis=1) / 2, 0, 1)))
+    place /= np.linalg.norm(place, axis=1, keepdims=True)
+    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(place - direction[sunny], axis=1) / 2, 0, 1)))
 
 
 def test_cubics_are_met_exactly():
@@ -77,7 +73,7 @@ def test_a_bent_function_has_no_bias():
         suns = choose_suns(way, times, HOUR, 30.0, 0.0)
         match = match_suns(suns, times, HOUR, 30.0, 0.0)
         direction, sunny = sunny_directions(times, HOUR, 30.0, 0.0)
-        high = sunny & (sunny_heights(direction) > 10)
+        high = sunny & (direction[:, 2] > np.sin(np.radians(10)))
         bent = np.exp(3 * suns.direction[:, 2])  # steeper the higher the sun: bent to one side everywhere
         found = (bent[match.index[high]] * match.weight[high]).sum(axis=1)
         true = np.exp(3 * direction[high, 2])
@@ -88,10 +84,6 @@ def test_a_bent_function_has_no_bias():
     # A sun that stands for others by their mean misses half their variance times the bend.
     assert bias["typical-days:12"] < -1e-4
     assert error["typical-days:24"] > 100 * error["days:24"]
-
-
-def sunny_heights(direction):
-    return np.degrees(np.arcsin(direction[:, 2]))
 
 
 def test_a_day_for_every_day_is_every_hour():

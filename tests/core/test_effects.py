@@ -5,6 +5,7 @@ import pytest
 from planes import DC, light_on_plane, run_chain
 from scenes import run_gather, scene_of_triangles
 from small_city import write_small_city
+from test_beyond_reflections import light_of_groups
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 
@@ -58,11 +59,7 @@ def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
         weather = read_year(scene.site, request)
         prepared = prepare_study(scene, weather, request)
         traced = trace_gather(prepared.scene, prepared.suns, request, silent, prepared=prepared)
-        irradiation = compute_energy(traced, weather, threads=1, sky="perez").poa_global_annual
-        surfaces = traced.surfaces
-        names = np.char.add(surfaces.kind, surfaces.orientation)
-        weight = surfaces.area * irradiation * surfaces.eligible
-        light[on] = np.array([weight[names == name].sum() for name in np.unique(names[surfaces.eligible])])
+        light[on] = light_of_groups(traced, weather)
     lost = 1 - light[False] / light[True]
     assert 0.01 < lost.max() <= prepared.plan["far-ground"].bound < 0.6
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
-from test_covered import box
+from scenes import run_gather, scene_of_triangles, suns_towards
 from test_town import TOWN
+from test_tracing import three_houses
 
 from citypv.core.rays import engines
 from citypv.core.rays.engines import LibraryError
@@ -19,11 +19,6 @@ def afresh(monkeypatch):
     engines.fault_of_packets.cache_clear()
     yield
     engines.fault_of_packets.cache_clear()
-
-
-def courtyard():
-    ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 4)
-    return join([ground, *box((-10, -10, 0), (0, 0, 12)), *box((4, -8, 0), (12, 2, 20))])
 
 
 def test_packets_prove_themselves_here(afresh):
@@ -58,7 +53,7 @@ def test_the_town_is_the_same_by_either():
 
 @pytest.mark.parametrize("points", [1, 4, 5, 16, 64])
 def test_packets_of_any_number_of_points(points):
-    scene = courtyard()
+    scene = three_houses()
     trees = [RayScene(scene.vertices, scene.triangles, engine) for engine in engines.TREES]
     generator = np.random.default_rng(points)
     position = generator.uniform([-40, -40, 0.1], [40, 40, 20], (50, points, 3)).astype(np.float32)
@@ -76,7 +71,7 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
 
     monkeypatch.setattr("citypv.core.rays.engines.load_library", nothing)
     assert engines.choose_engine() == ("rays", "no packets: embreex has no Embree 4 library bundled")
-    transfer = run_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]))
+    transfer = run_gather(three_houses(), suns_towards([[0.2, -0.5, 1]]))
     assert transfer.record.engine == "rays"
     monkeypatch.setenv(engines.VARIABLE, "packets")
     with pytest.raises(InputError, match="packets do not work here"):

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from transfers import Horizons, unshaded_transfer
-from weathers import ERA5
 
 from citypv.core.accuracy.error_budget import budget_groups
 from citypv.core.accuracy.yield_errors import seconds_of_rounds, seconds_to_halve, split_errors, times_more
@@ -14,7 +13,6 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.transfer import ErrorParts
 from citypv.core.results.write_summary import budget_errors
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.weather.read_weather import read_weather
 
 COUNT = 50
 NOISE = 0.01  # of the diffuse light
@@ -22,15 +20,14 @@ SIGNS = np.array([1.0, -1.0, 1.0, -1.0])  # deviations of four replicates: varia
 
 
 @pytest.fixture(scope="module")
-def walls():
+def walls(berlin):
     """Transfer of walls to the south, all of the same area, half of them covered by 40 %; and a weather."""
-    weather = read_weather(ERA5, 52.5, 13.4)
-    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, 52.5, 13.4)
+    suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = unshaded_transfer(suns, np.full(COUNT, 90.0), np.full(COUNT, 180.0))
     transfer.surfaces.area[:] = 10.0
     transfer.surfaces.eligible[:] = True
     transfer.covered_share[::2] = 0.4
-    return transfer, weather
+    return transfer, berlin
 
 
 def with_noise(transfer, own, shared):
@@ -122,6 +119,5 @@ def test_where_fixed_errors_are_too_large_no_time_is_enough():
 
 
 def test_no_time_is_known_without_a_record(berlin):
-    suns = choose_suns("days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
-    transfer = replace(Horizons(5).transfer(suns), record=None)
+    transfer = replace(Horizons(5).transfer(choose_suns("days:4", *berlin.axis)), record=None)
     assert np.isnan(seconds_to_halve(transfer, berlin, compute_energy(transfer, berlin))).all()

@@ -7,25 +7,22 @@ import pytest
 from scenes import run_gather
 from test_closed_forms import SUNS
 from test_tracing import three_houses
-from weathers import ERA5
 
 from citypv.core.accuracy.error_budget import budget_groups, suggest_more
 from citypv.core.accuracy.yield_errors import SOURCES, split_errors
 from citypv.core.effects.beyond_scene import change_unshaded
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once
 MEASURED = {"bias": 0.5, "rms": 2.0, "groups": {"facade south": {"bias": -1.0, "rms": 3.0}}}
 
 
 @pytest.fixture(scope="module")
-def run():
+def run(berlin):
     """Transfer of three houses with an error of sun sampling, weather and energy."""
-    weather = read_weather(ERA5, 52.5, 13.4)
     transfer = run_gather(three_houses(), SUNS, samples=64, shadow_samples=16, threads=1)
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=MEASURED))
-    return transfer, weather, compute_energy(transfer, weather, threads=1)
+    return transfer, berlin, compute_energy(transfer, berlin, threads=1)
 
 
 def test_sources_add_up_to_the_stated_error(run):
@@ -60,10 +57,10 @@ def test_the_last_sentence_names_the_largest_part(run):
     assert "s more would halve it" in suggest_more(alone, weather, energy)
 
 
-def test_the_sky_model_moves_walls_as_published():
+def test_the_sky_model_moves_walls_as_published(berlin):
     """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %, and nothing on level ground."""
     planes = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    south, north, level = change_unshaded(read_weather(ERA5, 52.5, 13.4), planes, 0.2)
+    south, north, level = change_unshaded(berlin, planes, 0.2)
     assert [south, north] == pytest.approx([0.121, -0.084], abs=0.003) and level == pytest.approx(0, abs=1e-3)
 
 

@@ -16,7 +16,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted((DOCS / "guide").glob("*.md"))
 CITY, WEATHER = "examples/berlin/berlin_3910_5817.gml", "examples/berlin/era5_berlin_2017.nc"
 OF_BERLIN = "BLDG_000300000023ee16"
-QUICK = {"--samples": "16", "--shadow-samples": "1", "--suns": "days:1"}
+QUICK = {"samples": 16, "shadow_samples": 1, "suns": "days:1"}
 BLOCK = re.compile(r"(<!-- (.*?) -->\n)?```(\w+)\n(.*?)```", re.DOTALL)
 
 
@@ -32,16 +32,8 @@ def folder(tmp_path, monkeypatch):
     write_small_city(tmp_path / "city.gml")
     monkeypatch.chdir(tmp_path)
     assert (ROOT / CITY).is_file() and ERA5.samefile(ROOT / WEATHER) and OF_BERLIN in (ROOT / CITY).read_text("utf-8")
-    building = citypv.simulate("city.gml", weather="climate", **settings()).buildings["building_id"].iloc[0]
+    building = citypv.simulate("city.gml", weather="climate", **QUICK).buildings["building_id"].iloc[0]
     return {CITY: "city.gml", WEATHER: str(ERA5), OF_BERLIN: building}
-
-
-def settings():
-    return {option.removeprefix("--").replace("-", "_"): kind(value) for option, value in QUICK.items()}
-
-
-def kind(value):
-    return int(value) if value.isdigit() else value
 
 
 def replaced(text, places):
@@ -59,8 +51,8 @@ def run_commands(page, places):
             if words[:1] != ["citypv"]:
                 continue
             costly = words[1] in ("simulate", "effects", "accuracy")
-            cheap = [word for option in QUICK.items() for word in option] if costly else []
-            cheap = cheap[2:] if "--target-error" in words else cheap
+            cheap = [f"--{name.replace('_', '-')}={value}" for name, value in QUICK.items()] if costly else []
+            cheap = cheap[1:] if "--target-error" in words else cheap
             assert main([*words[1:], *cheap]) == 0, line
             ran += 1
     return ran
@@ -79,7 +71,7 @@ def test_commands_run_one_after_the_other(names, folder, capsys):
 @pytest.mark.once
 def test_blocks_of_python_run(folder):
     text = "".join(blocks(DOCS / "guide/python.md", "python"))
-    cheap = ", ".join(f"{name}={value!r}" for name, value in settings().items())
+    cheap = ", ".join(f"{name}={value!r}" for name, value in QUICK.items())
     space = {}
     exec(replaced(text, folder).replace('preset="draft"', cheap), space)
     assert len(space["change"].buildings) == len(space["result"].buildings)

@@ -4,12 +4,11 @@ import json
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pvlib
 import pytest
 from scenes import RUNS, assert_mean, run_forward, run_gather, scene_of_triangles, suns_towards
 from transfers import unshaded_transfer
-from weathers import BERLIN
+from weathers import BERLIN, HOUR
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
@@ -21,7 +20,6 @@ from citypv.core.sun.read_horizon import read_horizon_table
 from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.weather.read_weather import read_weather
 
-HOUR = pd.Timedelta(hours=1)
 RAYS = {"sky-rays": True, "shadow-rays": True}
 
 
@@ -34,15 +32,6 @@ def valley(height):
     """Ridges in the east and in the west, each a quarter of the horizon."""
     azimuth = uniform(0).azimuth % 180
     return TerrainHorizon(np.where((azimuth >= 45) & (azimuth < 135), float(height), 0.0))
-
-
-def with_sun(table):
-    """A table of weather in Berlin with what the readers of weather add."""
-    position = pvlib.solarposition.get_solarposition(table.index + HOUR / 2, *BERLIN)
-    zenith = position["apparent_zenith"].to_numpy()
-    beam = (table["ghi"] - table["dhi"]) / np.maximum(np.cos(np.radians(zenith)), 1e-3)
-    sun = {"apparent_zenith": zenith, "solar_azimuth": position["azimuth"].to_numpy()}
-    return table.assign(dni=np.where(zenith < 88, beam, 0.0), pressure=101325.0, **sun)
 
 
 def write_angles(path, horizon, step=4):

@@ -8,7 +8,7 @@ import pyproj
 import pytest
 from cities import box, make_city
 from earth_horizon import Edges
-from test_horizon import HOUR
+from weathers import HOUR
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy

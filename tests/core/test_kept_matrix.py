@@ -6,8 +6,8 @@ import pickle
 
 import numpy as np
 import pytest
-from scenes import join, strip, suns_towards
-from test_covered import box
+from scenes import suns_towards
+from test_tracing import three_houses
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light import kept_matrix
@@ -65,14 +65,12 @@ def test_workers_can_be_sent_one(small, tmp_path):
 
 
 def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
-    ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 6)
-    scene = join([ground, *box((-10, -10, 0), (0, 0, 12)), *box((4, -8, 0), (12, 2, 20))])
     suns = suns_towards(np.random.default_rng(1).normal(size=(50, 3)) * [1, 1, 0] + [0, 0, 0.7])
     weather = read_weather("clear-sky", 52.5, 13.4, 30.0)
     energies, transfers = [], []
     for limit in (1 << 28, 256):
         monkeypatch.setattr(kept_matrix, "LIMIT", limit)
-        transfers.append(trace_gather(scene, suns, Request(samples=64), silent, tmp_path))
+        transfers.append(trace_gather(three_houses(), suns, Request(samples=64), silent, tmp_path))
         energies.append(compute_energy(transfers[-1], weather))
     assert is_on_disk(transfers[1].visible_share)
     assert np.array_equal(transfers[0].direct_reflected, np.asarray(transfers[1].direct_reflected))

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cities import box, make_city
-from edits import add_box, building_near, raise_building, remove_building
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
@@ -42,16 +42,29 @@ def berlin():
     return city, scene, describe(scene)
 
 
+def building_near(city, place):
+    """Id of the building whose middle is nearest to a place of the grid, (2,) [m], and that middle, (3,) [m]."""
+    names = np.array(city.building_id)
+    middles = {
+        name: np.concatenate([city.rings(row)[0] for row in np.flatnonzero(names == name)]).mean(axis=0)
+        for name in dict.fromkeys(city.building_id)
+    }
+    found = min(middles, key=lambda name: np.hypot(*(middles[name][:2] - place)))
+    return found, middles[found]
+
+
 @pytest.mark.parametrize("edit", ["add", "remove", "raise"])
 def test_far_from_an_edit_of_berlin_nothing_changes(berlin, edit):
     city, scene, before = berlin
     building, middle = building_near(city, city.points[:, :2].min(axis=0) + 150.0)
-    if edit == "add":
-        changed = add_box(city, middle + 25.0)
-    else:
-        changed = (remove_building if edit == "remove" else raise_building)(city, building)
-    again = build_scene(changed, options=SceneOptions(site=scene.site))
-    lost, same = differ(before, describe(again), middle - np.array(scene.site.origin[:2]), FAR)
+    low = middle[2] - 10.0
+    changes = {
+        "add": Change(added=(make_city(box("new", *middle[:2] + 25.0, 20, 20, low, low + 20)),)),
+        "remove": Change(removed=[building]),
+        "raise": Change(raised={building: 6.0}),
+    }
+    again = build_scene(edit_city(city, changes[edit]), options=SceneOptions(site=scene.site))
+    lost, same = differ(before, describe(again), middle[:2] - np.array(scene.site.origin[:2]), FAR)
     assert lost == 0
     assert same > 30_000
 

@@ -4,10 +4,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from edits import take
 from scenes import suns_towards
 
 from citypv.core.city.build_scene import build_scene
+from citypv.core.city.city import take_polygons
 from citypv.core.patches.find_coincident import find_coincident
 from citypv.core.read.read_city import read_city
 
@@ -40,7 +40,7 @@ def middle_of(city, half):
     count = np.bincount(index[of_point])
     middle = np.stack([np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1)
     away = np.abs(middle - np.median(middle, axis=0)).max(axis=1)
-    return take(city, (away < half)[index])
+    return take_polygons(city, (away < half)[index])
 
 
 def lies_alone(scene):

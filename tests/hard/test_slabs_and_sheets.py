@@ -199,6 +199,8 @@ def test_a_board_that_stands_free_is_lit_as_a_front_however_it_is_drawn(estimato
         scene = scene_of(*objects, plain=None)
         transfer = trace(scene, estimator, samples=4096, max_bounces=1)
         assert transfer.diffuse_relative == pytest.approx(0.625, abs=0.02)
+        before = (transfer.surfaces.normal @ transfer.suns.direction.T > 0).astype(float)
+        assert transfer.visible_share == pytest.approx(before, abs=0.02)
         assert len(sheets_of(scene)) == len(objects)
 
 
