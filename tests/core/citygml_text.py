@@ -14,9 +14,10 @@ def ring(points, closed=True):
     return f"<gml:LinearRing><gml:posList>{numbers}</gml:posList></gml:LinearRing>"
 
 
-def polygon(name, points, closed=True):
+def polygon(name, points, *holes, closed=True):
     identifier = f' gml:id="{name}"' if name else ""
-    return f"<gml:Polygon{identifier}><gml:exterior>{ring(points, closed)}</gml:exterior></gml:Polygon>"
+    inside = wrap(ring(points, closed), "gml:exterior") + "".join(wrap(ring(hole), "gml:interior") for hole in holes)
+    return f"<gml:Polygon{identifier}>{inside}</gml:Polygon>"
 
 
 def members(*inside):

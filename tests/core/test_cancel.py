@@ -11,7 +11,7 @@ from scenes import suns_towards
 from test_tracing import three_houses
 from test_trees import wall_and_tree
 from transfers import Horizons
-from weathers import ERA5, HOUR, year_of
+from weathers import BERLIN, HOUR, year_of
 
 from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
@@ -22,9 +22,7 @@ from citypv.core.settings.progress import CancelledError, Interruption, silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
 from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
-from citypv.core.weather.read_weather import read_weather
 
-BERLIN = (52.5, 13.4)
 TRACERS = {"gather": trace_gather, "forward": trace_forward}
 PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
 
@@ -147,31 +145,29 @@ BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, 
 
 
 @pytest.mark.parametrize("way", BOUNDS)
-def test_full_load_hours_of_a_part_of_the_suns(way):
+def test_full_load_hours_of_a_part_of_the_suns(berlin, way):
     """Against every hour's sun, on 150 random skylines in the weather of a year."""
-    weather = read_weather(ERA5, *BERLIN, 35.0)
-    year, skylines = (weather.data.index, weather.interval, *BERLIN), Horizons(150)
-    true = compute_energy(skylines.transfer(choose_suns("hourly", *year)), weather).full_load_hours
+    year, skylines = berlin.axis, Horizons(150)
+    true = compute_energy(skylines.transfer(choose_suns("hourly", *year)), berlin).full_load_hours
     spread = progressive_order(choose_suns(way, *year))
     for share, (bias, rms) in BOUNDS[way].items():
         ends = end_of_days(spread)
         count = ends[ends <= np.ceil(share * len(spread))][-1]
         kept = weigh_by_year(interrupted_suns(spread, count), *year)
         assert kept.weight.sum() == pytest.approx(1)
-        difference = compute_energy(skylines.transfer(kept), weather).full_load_hours - true
+        difference = compute_energy(skylines.transfer(kept), berlin).full_load_hours - true
         assert abs(np.nanmean(difference)) < bias / 100 * np.nanmean(true)
         assert np.sqrt(np.nanmean(difference**2)) < rms / 100 * np.nanmean(true)
 
 
-def test_kept_suns_are_weighed_by_the_year_they_stand_for():
+def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
     """The settings tell of the interruption, weights are shares of the year, errors are not too small."""
-    scene, weather = three_houses(), read_weather(ERA5, *BERLIN, 35.0)
-    request = Request(suns="hourly", samples=16, shadow_samples=4)
-    part = study.trace_scene(scene, weather, request, cancel_at("suns", 0.1))
+    scene, request = three_houses(), Request(suns="hourly", samples=16, shadow_samples=4)
+    part = study.trace_scene(scene, berlin, request, cancel_at("suns", 0.1))
     count = part.record.interrupted["suns_traced"]
     assert 0.05 < count / part.record.interrupted["of"] < 0.1 + 1 / 12  # a block is a twelfth
     assert part.suns.sampling == f"hourly:{count}"
-    match = match_suns(part.suns, weather.data.index, weather.interval, *BERLIN)
+    match = match_suns(part.suns, *berlin.axis)
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
     alone = trace_gather(scene, interrupted_suns(part.suns, count), request, silent)
@@ -181,7 +177,7 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     assert np.quantile(one[other > 0] / other[other > 0], 0.05) > 0.5
     assert np.median(one[other > 0] / other[other > 0]) > 1
     assert 1 < np.sqrt((one**2).mean() / (other**2).mean()) < 1.3
-    check = study.measure_sun_sampling(scene, weather, part, request)
+    check = study.measure_sun_sampling(scene, berlin, part, request)
     assert check["patches"] > 5
     assert 0 < check["rms"] < 5
 

@@ -166,11 +166,6 @@ def test_implicit_geometry_that_cannot_be_placed_is_reported(tmp_path, drawn, re
     assert list(city.report.skipped) == [f"implicit geometry {reason}"]
 
 
-def rings(name, outline, *holes):
-    inside = "".join(text.wrap(text.ring(points), "gml:interior") for points in holes)
-    return f'<gml:Polygon gml:id="{name}"><gml:exterior>{text.ring(outline)}</gml:exterior>{inside}</gml:Polygon>'
-
-
 def square(west, south, side):
     return [(west, south, 5), (west + side, south, 5), (west + side, south + side, 5), (west, south + side, 5)]
 
@@ -178,8 +173,8 @@ def square(west, south, side):
 def test_a_court_written_as_the_outline_of_its_house(tmp_path):
     """As a producer in Saxony does: area by shapely, direction that of the larger ring."""
     court, well, house = square(3, 3, 4), square(1, 1, 1), square(0, 0, 10)
-    roof = text.surface(text.members(rings("roof", court[::-1], house, well[::-1])), "RoofSurface")
-    plain = text.surface(text.members(rings("plain", house, court[::-1], well[::-1])), "RoofSurface")
+    roof = text.surface(text.members(text.polygon("roof", court[::-1], house, well[::-1])), "RoofSurface")
+    plain = text.surface(text.members(text.polygon("plain", house, court[::-1], well[::-1])), "RoofSurface")
     city = read(tmp_path, text.building(roof), text.building(plain, name="other"))
     area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
     assert area == pytest.approx(shapely.Polygon(house, [court, well]).area) and np.all(normal[:, 2] == 1)
@@ -188,7 +183,7 @@ def test_a_court_written_as_the_outline_of_its_house(tmp_path):
 
 def test_a_hole_beside_its_outline_is_named(tmp_path):
     """Larger than the outline, and not around it: nothing tells what was meant."""
-    roof = text.surface(text.members(rings("roof", square(0, 0, 4), square(20, 0, 9))), "RoofSurface")
+    roof = text.surface(text.members(text.polygon("roof", square(0, 0, 4), square(20, 0, 9))), "RoofSurface")
     city = read(tmp_path, text.building(roof, text.surface(text.members(text.polygon("wall", SQUARE)))))
     assert city.surface_id == ["wall"]
     assert city.report.skipped == {"holes larger than their outline, beside it": ["roof"]}

@@ -16,6 +16,12 @@ GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)
 HEAD = {key: value for key, value in model({}, []).items() if key != "CityObjects"}
 FEATURE = {**model({"b": house(solid())}), "type": "CityJSONFeature"}
+
+
+def scaled(*scale):
+    return json.dumps({**GOOD, "transform": {"scale": scale, "translate": [0] * 3}})
+
+
 BAD_DOCUMENTS = {
     "empty": ("", "empty"),
     "blank": (" \n\n", "nothing but whitespace"),
@@ -29,25 +35,19 @@ BAD_DOCUMENTS = {
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
     "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested too deeply"),
     "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
-    "infinite scale": (
-        TEXT[:-1] + ', "transform": {"scale": [1, 1, -Infinity], "translate": [0, 0, 0]}}',
-        "three numbers each",
-    ),
+    "infinite scale": (scaled(1, 1, -np.inf), "three numbers each"),
     "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number with thousands of digits"),
     "400 digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
     "words": (TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'), "vertex 1 of vertices is not three numbers"),
     "true": (TEXT.replace("[2, 0, 0]", "[true, 0, 0]"), "vertex 1 of vertices is not three numbers"),
     "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is not a list"),
-    "overflow": (json.dumps({**GOOD, "transform": {"scale": [9e7] * 3, "translate": [0] * 3}}), "vertex 1 of vertices"),
-    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform needs three numbers each for scale"),
-    "flat": (json.dumps({**GOOD, "transform": {"scale": [1, 0, 1], "translate": [0] * 3}}), "none 0"),
+    "overflow": (scaled(9e7, 9e7, 9e7), "vertex 1 of vertices"),
+    "transform": (scaled(1, 1), "transform needs three numbers each for scale"),
+    "flat": (scaled(1, 0, 1), "none 0"),
     "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is not a JSON object"),
     "twice": (TEXT[:-1] + ', "vertices": []}', "line 1: vertices is given twice"),
     "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
-    "no such vertices": (
-        json.dumps({**GOOD, "vertices": []}),
-        "no building has usable geometry .*vertex index out of range",
-    ),
+    "no such vertices": (json.dumps({**GOOD, "vertices": []}), "no building has usable .*vertex index out of range"),
     "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "contains no buildings"),
 }
 

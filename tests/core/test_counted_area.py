@@ -1,6 +1,5 @@
 """Which area counts: hidden walls, overhangs, usable shares, flat roofs; and the tables made of it."""
 
-import csv
 import json
 from dataclasses import replace
 
@@ -8,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from small_city import EAST, NORTH, write_small_city
+from small_city import EAST, NORTH
 from test_buildings import KWP
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
@@ -230,9 +229,8 @@ def test_hours_of_the_sun(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def traced(tmp_path_factory):
+def traced(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("traced")
-    city = write_small_city(folder / "small.gml")
     common = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "16", "--shadow-samples", "4", "--quiet"]
     assert main(["simulate", str(city), "--out", str(folder / "out"), *common]) == 0
     return folder
@@ -250,13 +248,11 @@ def settings_in(folder):
 def test_options_reach_the_tables(traced, tmp_path, capsys):
     options = ["--losses", "14", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
     assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south", "buildings") == 0
-    with (tmp_path / "a" / "faces.csv").open(encoding="utf-8", newline="") as file:
-        faces = list(csv.DictReader(file))
-    south = next(row for row in faces if row["surface_id"] == "a_south")
-    hours = float(south["full_load_hours"])
-    assert 0.75 * float(south["full_load_hours_dc"]) < hours < 0.86 * float(south["full_load_hours_dc"])
-    assert sum(float(south[f"full_load_hours_{month:02d}"]) for month in range(1, 13)) == pytest.approx(hours, rel=1e-4)
-    assert float(south["open_area"]) <= float(south["area"]) and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
+    south = pd.read_csv(tmp_path / "a" / "faces.csv", index_col="surface_id").loc["a_south"]
+    hours = south["full_load_hours"]
+    assert 0.75 * south["full_load_hours_dc"] < hours < 0.86 * south["full_load_hours_dc"]
+    assert sum(south[f"full_load_hours_{month:02d}"] for month in range(1, 13)) == pytest.approx(hours, rel=1e-4)
+    assert south["open_area"] <= south["area"] and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
     series = pd.read_csv(tmp_path / "a" / "series.csv")
     assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
     buildings = pd.read_csv(tmp_path / "a" / "buildings.csv")

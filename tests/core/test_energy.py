@@ -107,11 +107,6 @@ def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
     assert len(reports) > 3 and done == sorted(done) and done[-1] == reports[-1][2] > 0
 
 
-def test_no_surface_at_all(berlin):
-    energy = compute_energy(unshaded_transfer(suns_of(berlin, "typical-days:4"), [], []), berlin)
-    assert len(energy.full_load_hours) == 0 and energy.groups == [] and energy.capacity_factor.shape == (8760, 0)
-
-
 def test_a_sun_behind_takes_the_share_of_the_sky_in_front(berlin):
     """An east wall that sees half of its sky: suns in front keep what was traced, those behind stand for half of it."""
     suns = suns_of(berlin, "typical-days:2")

@@ -17,7 +17,6 @@ from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import cosine_direction
-from citypv.core.settings.errors import InputError
 
 
 def trace(scene, suns=SUNS, **settings):
@@ -131,18 +130,6 @@ def test_standard_error_is_that_of_the_noise():
         quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
     assert stats.kstest(np.concatenate(quotients), "t", args=(PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
-
-
-def test_broken_numbers_are_refused():
-    scene, suns = three_houses(), suns_towards([[0, 0, 1]])
-    scene.vertices[3, 1] = np.nan
-    with pytest.raises(InputError, match="vertices: vertex 3"):
-        trace(scene)
-    suns.direction[0, 2] = np.inf
-    with pytest.raises(InputError, match="direction of the suns: row 0"):
-        trace(three_houses(), suns)
-    with pytest.raises(InputError, match="--samples"):
-        trace(three_houses(), samples=0)
 
 
 def test_nothing_that_receives_and_no_sun():

@@ -39,11 +39,6 @@ def dig(city):
     return replace(city, terrain=Terrain("another hill", [Layer(points, triangles)]))
 
 
-def flatten(city):
-    """Without terrain."""
-    return replace(city, terrain=None)
-
-
 ALBEDOS = {
     "brighter": "surface,albedo\nfacade,0.6\nflat,0.1\n",
     "a mirror": "surface,albedo,material\nfacade,0.6,mirror\n",
@@ -55,7 +50,7 @@ EDITS = {
     "below the ground of before": ("houses", add(20, 50, 9, 9, -6, 5), None),
     "all but one gone": ("houses", Change(removed=[f"b{k}" for k in range(8)]), None),
     "a pit in the hill": ("terrain", dig, None),
-    "no hill": ("terrain", flatten, None),
+    "no hill": ("terrain", lambda city: replace(city, terrain=None), None),
     "a house into the hill": ("terrain", Change(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}), None),
     "brighter walls": ("row", Change(), "brighter"),
     "mirrors come": ("row", Change(raised={"b1": 2.0}), "a mirror"),

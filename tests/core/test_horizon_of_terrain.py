@@ -25,6 +25,7 @@ from citypv.core.sun.sun_sampling import hourly_suns
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
+REQUEST = Request(horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1)
 
 
 @pytest.mark.once
@@ -78,14 +79,16 @@ def town():
     return build_scene(make_city([polygon for house in houses for polygon in house], "EPSG:32616"))
 
 
+def year_of(town):
+    """A clear year, and the sun of some of its hours."""
+    weather = read_year(town.site, REQUEST)
+    return weather, hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
+
+
 @pytest.mark.once
 def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
-    request = Request(
-        horizon=str(DEM), suns="days:3", samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1
-    )
-    weather = read_year(town.site, request)
-    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
-    traced = trace_gather(town, suns, request, silent)
+    weather, suns = year_of(town)
+    traced = trace_gather(town, suns, REQUEST, silent)
     write_transfer(tmp_path / "transfer.nc", traced)
     kept = read_transfer(tmp_path / "transfer.nc")
     assert (kept.terrain.elevation == traced.terrain.elevation).all()
@@ -124,17 +127,7 @@ def middle(scene):
 @pytest.mark.once
 def test_what_is_switched_off_stays_below_its_bound(town):
     """Full load hours with and without the horizon, and with that of each corner of the scene."""
-    settings = {
-        "sky": "perez",
-        "samples": 64,
-        "shadow_samples": 4,
-        "max_bounces": 1,
-        "weather": "clear-sky",
-        "threads": 1,
-    }
-    request = Request(horizon=str(DEM), **settings)
-    weather = read_year(town.site, request)
-    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
+    (weather, suns), request = year_of(town), replace(REQUEST, sky="perez")
     off = replace(request, effects={"terrain-horizon": False})
     hours, bounds = {}, {}
     for name, one in (("on", request), ("off", off)):

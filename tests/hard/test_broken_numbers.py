@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
-from scenes import run_gather
+from scenes import run_forward, run_gather
 
 from citypv.core.city.find_ground import find_resting_floors
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
@@ -18,6 +18,7 @@ from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
@@ -55,6 +56,7 @@ def broken_scenes():
 
 USERS = {
     "trace_gather": lambda scene: run_gather(scene, SUNS),
+    "trace_forward": lambda scene: run_forward(scene, SUNS),
     "patches_of_scene": lambda scene: patches_of_scene(scene, ALBEDO, 0),
     "find_resting_floors": find_resting_floors,
     "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, [SUNS], Request(), silent),
@@ -73,7 +75,8 @@ def test_broken_suns():
     numbers += [("weight", weight, 1, number) for number in (*NUMBERS[:5], -0.5)]
     for name, values, place, number in numbers:
         broken = replace(SUNS, **{name: spoiled(values, place, number)})
-        refused(f"{name} of the suns: row 1 is", trace_gather, HOUSE, broken, Request(), silent)
+        for trace in (trace_gather, trace_forward):
+            refused(f"{name} of the suns: row 1 is", trace, HOUSE, broken, Request(), silent)
     for words, arrays in (
         (r"weight of the suns: shape \(3,\)", {"weight": np.ones(3) / 3}),
         (r"direction of the suns: shape \(5, 2\)", {"direction": direction[:, :2]}),
