@@ -19,7 +19,7 @@ import pytest
 SLOW, LONG = Path(__file__).parent / "slow.txt", Path(__file__).parent / "long.txt"
 # Laws, closed forms and rules of the code that no fast test holds: the cases that begin so.
 LAWS = (
-    "core/test_beyond_reflections.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
+    "core/test_effects.py::test_in_a_half_sphere_the_number_is_that_of_a_geometric_series[0.6]",
     "core/test_brdfs.py::test_share_is_what_the_law_says[Glossy(albedo=0.8, roughness=0.3)-60",
     "core/test_closed_forms.py::test_street_canyon[run_forward-1]",
     "core/test_closed_forms.py::test_street_canyon[run_gather-3]",
@@ -77,7 +77,6 @@ LONGEST = [
     "core/test_sky.py",
     "core/test_command_line.py",
     "hard/test_slabs_and_sheets.py",
-    "core/test_forward_command.py",
     "core/test_forward.py",
     "core/test_days_of_year.py",
     "core/test_standard_errors.py",

@@ -114,10 +114,9 @@ def crowns_of_stand(stand, trees):
 
 def predict_light(stand, samples=4096, shadow_samples=4, suns="days:24"):
     """PACL of the sensors: (m, 3) total, diffuse and direct, from May to October under the built-in climate."""
-    middle = np.array(stand.zone.centroid.coords[0])
-    places = np.column_stack([stand.sensors[:, 1:3], stand.sensors[:, 3]])
+    places = stand.sensors[:, 1:4].copy()
     places[:, 2] += ground_height(stand, places[:, :2])
-    places[:, :2] -= middle
+    places[:, :2] -= stand.zone.centroid.coords[0]
     scene = join_parts([rectangle(place, [SENSOR, 0, 0], [0, SENSOR, 0]) for place in places])
     scene.site = Site(*PLACE, 300.0, 0.0, None, (0.0, 0.0, 0.0))
     scene.trees = crowns_of_stand(stand, repeat_stand(stand))

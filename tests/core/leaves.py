@@ -11,11 +11,10 @@ def crowns_of(*shapes, area_density=None, trunks=()):
     start = np.cumsum([0, *(len(points) for points, _ in shapes)])
     count = np.array([len(faces) for _, faces in shapes])
     own = np.repeat(np.arange(len(shapes)), count)
+    triangles = [faces + first for (_, faces), first in zip(shapes, start, strict=False)]
     return Crowns(
         vertices=np.concatenate([points for points, _ in shapes]).astype(float),
-        triangles=np.concatenate([faces + first for (_, faces), first in zip(shapes, start, strict=False)]).astype(
-            np.int32
-        ),
+        triangles=np.concatenate(triangles).astype(np.int32),
         tree=np.where(np.isin(own, trunks), 0, own).astype(np.int32),
         trunk=np.isin(own, trunks),
         names=[f"tree {k}" for k in range(len(shapes))],

@@ -52,7 +52,6 @@ def count_cells(directions, across, around):
     return np.bincount(row * around + column, minlength=across * around)
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
 def test_samples_follow_their_density(brdf, zenith):
     """χ² over 20 × 30 cells of the sphere; samples that sink, whose share is 0, count as one cell more."""
@@ -77,7 +76,6 @@ def test_samples_follow_their_density(brdf, zenith):
     assert chance > 1e-3, statistic
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
 def test_share_is_what_the_law_says(brdf, zenith):
     """Radiance · cos = share · density, sample by sample, and the mean share is the integral of radiance · cos.
@@ -98,7 +96,6 @@ def test_share_is_what_the_law_says(brdf, zenith):
     assert share.mean() == pytest.approx(whole.sum() * angle, abs=4 * error + 1e-4)
 
 
-@pytest.mark.once
 def test_what_glossy_faces_lose():
     """All over the hemisphere what the docstring says."""
     draws = np.random.default_rng(6).random((400_000, 3))

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from cityjson_text import CUBE, SHELL, house, instance, model, read, solid
-from test_citygml_errors import assert_refused
+from test_citygml_rules import assert_refused
 from thorough import THOROUGH
 
 from citypv.core.read.read_city import read_city
@@ -103,7 +103,6 @@ def places(node, path=()):
         yield from places(value, (*path, key))
 
 
-@pytest.mark.once
 def test_a_wrong_value_anywhere_ends_in_a_city_or_in_one_line(tmp_path):
     outcomes = []
     for number, (*way, last) in enumerate(path for path in places(FULL) if path):

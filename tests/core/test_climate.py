@@ -12,13 +12,7 @@ from weathers import BARROW, HOUR, PVGIS, TMY3
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
-from citypv.core.weather.climate import (
-    cleanest_sky,
-    climate,
-    look_up_altitude,
-    make_climates,
-    monthly_sums,
-)
+from citypv.core.weather.climate import cleanest_sky, climate, look_up_altitude, make_climates, monthly_sums
 from citypv.core.weather.climate_grid import is_land, look_up_normals, measure_land_influence
 from citypv.core.weather.draw_clearness import (
     draw_days,

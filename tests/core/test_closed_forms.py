@@ -19,11 +19,7 @@ SUNS = suns_towards([[0, -1, 1], [0.3, -0.9, 0.2], [1, 0.4, 0.5], [-0.2, 1, 0.05
 def tilted_square(tilt):
     """A unit square that looks south, raised above the ground, so that nothing stands in front of it."""
     turn = np.radians(tilt)
-    up = np.array([0, np.cos(turn), np.sin(turn)])
-    east = np.array([1.0, 0, 0])
-    corner = np.array([0, 0, 5.0])
-    points = np.array([corner, corner + east, corner + east + up, corner + up])
-    return scene_of_triangles(points, [[0, 1, 2], [0, 2, 3]], [0, 0])
+    return scene_of_triangles(*strip([0, 0, 5], [1, 0, 0], [0, np.cos(turn), np.sin(turn)], 1), [0, 0])
 
 
 def direct_relative(transfer):

@@ -1,11 +1,11 @@
-"""Faces that lie in one place: which they are, and that light meets those which look towards it."""
+"""Faces that lie in one place, and places inside and under buildings: which of them light reaches."""
 
 import numpy as np
 import pytest
-from scenes import RUNS, join, strip, suns_towards
+from scenes import RUNS, join, run_gather, strip, suns_towards
 from shapely.geometry import Polygon
-from test_covered import box
 
+from citypv.core.commands.plain_scenes import box
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.patches.patches import patches_of_scene
@@ -154,3 +154,33 @@ def test_light_on_faces_drawn_twice_is_absorbed_once():
     for tally in transfer.record.photons.values():
         assert tally["emitted"] == sum(value for name, value in tally.items() if name != "emitted")
     assert transfer.record.photons["sky"]["on_backs"] == 0
+
+
+SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
+
+
+def test_covered_parts_stay_dark_without_shadow_rays():
+    """A low house stands against half of a wall: of any sun the wall gets half of what it would get alone."""
+    scene = join([*box((0, 0, 0), (10, 10, 10)), *box((0, -10, 0), (10, 0, 5))])
+    wall = np.flatnonzero(
+        (scene.surfaces.surface_azimuth == 180) & (scene.vertices[scene.triangles][:, :, 1] == 0).all(1)
+    )
+    transfer = run_gather(scene, SUN, effects={"shadow-rays": False})
+    assert len(wall) == 2 and transfer.covered_share[wall].mean() == pytest.approx(0.5, abs=0.02)
+    seen = transfer.visible_share[wall, 0]  # the first sun stands before it
+    assert seen == pytest.approx(1 - transfer.covered_share[wall], abs=1e-6)
+
+
+def test_covered_ground_hands_on_all_its_light():
+    """A wall stands before a plain, whose patches end at the wall or go on under the house: that is the same."""
+    depth = 200.0
+    house = box((-depth, 0, 0), (depth, depth, 10))
+    whole = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, 2 * depth, 0], 65), *house])
+    half = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, depth, 0], 32), *house])
+    walls = []
+    for scene in (whole, half):
+        transfer = run_gather(scene, SUN, samples=16384, max_bounces=1, far_ground=False)
+        south = np.flatnonzero((transfer.surfaces.surface_azimuth == 180) & (transfer.surfaces.surface_tilt == 90))
+        walls.append(np.average(transfer.diffuse_relative[south] - transfer.sky_view_factor[south]))
+    assert walls[1] > 0.09
+    assert walls[0] == pytest.approx(walls[1], rel=0.02)

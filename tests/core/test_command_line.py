@@ -70,13 +70,6 @@ def test_summary(results):
     assert names_in(results) == TABLES
 
 
-def test_yield_repeats_the_simulation(results, tmp_path):
-    out = tmp_path / "again"
-    assert main(["yield", str(results / "transfer.nc"), "--weather", str(ERA5), "--out", str(out), "--quiet"]) == 0
-    assert (out / "faces.csv").read_text() == (results / "faces.csv").read_text()
-    assert (out / "groups.csv").read_text() == (results / "groups.csv").read_text()
-
-
 def test_inspect_and_effects(city, capsys):
     assert main(["inspect", str(city), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -178,3 +171,20 @@ def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
     assert "1 building, without a 3D shape: casts no shadow, has no results: flat 7" in last
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
     assert any("1 of" in line and "no shadow" in line for line in describe_left_out(summary))
+
+
+def test_a_run_by_forward_tells_where_its_photons_went_and_is_read_again(city, tmp_path):
+    common = ["--weather", str(ERA5), "--quiet", "--out"]
+    run = ["simulate", str(city), "--estimator", "forward", "--suns", "typical-days:2", "--samples", "16"]
+    assert main([*run, *common, str(tmp_path / "out")]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))
+    assert summary["settings"]["estimator"] == "forward"
+    reasons = {effect["key"]: effect["reason"] for effect in summary["traced"]["effects"]}
+    assert "follows light from its source" in reasons["shadow-rays"]
+    assert set(summary["traced"]["photons"]) == {"sky", "far ground", "suns", "horizon"}
+    assert summary["traced"]["rays"] > summary["traced"]["photons"]["suns"]["emitted"]
+    assert summary["error_budget"]["sampling_total"] > 0
+    assert abs(summary["error_budget"]["sun_sampling"]["bias"]) < 5
+    assert main(["yield", str(tmp_path / "out" / "transfer.nc"), *common, str(tmp_path / "again")]) == 0
+    for name in ("faces.csv", "groups.csv"):
+        assert (tmp_path / "again" / name).read_text() == (tmp_path / "out" / name).read_text()

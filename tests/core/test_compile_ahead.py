@@ -28,14 +28,6 @@ def nothing_kept(monkeypatch):
     monkeypatch.setattr(ahead, "is_compiled", lambda: False)
 
 
-def wait_for(condition, seconds=120):
-    """Wait until a condition holds."""
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)
-
-
 CALL = """
 import numpy as np
 from citypv.core.light.kept_matrix import add_rows as loop
@@ -48,7 +40,10 @@ print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values())
 def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(fresh_cache):
     child = ahead.start_child()
     assert read_loops()[-1].split()[1] == "add_rows"  # is compiled first
-    wait_for(lambda: list(fresh_cache.glob("*/*.add_rows-*.nbc")) or child.poll() is not None)
+    end = time.monotonic() + 120
+    while child.poll() is None and not list(fresh_cache.glob("*/*.add_rows-*.nbc")):
+        assert time.monotonic() < end
+        time.sleep(0.05)
     child.stdin.close()  # as the system closes it when the parent ends
     assert child.wait(60) == 0
     assert len(list(fresh_cache.glob("*/*.nbi"))) < len(read_loops()) / 2  # it did not go on to the end

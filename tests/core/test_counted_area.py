@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_city import EAST, NORTH
-from test_buildings import KWP
+from test_energy import KWP
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
 

@@ -9,7 +9,6 @@ from weathers import HOUR, year_of
 from citypv.core.sun.days_of_year import EPOCH, cubic_weights
 from citypv.core.sun.solar_position import solar_days
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
-from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
 
 PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (66.56, 25.0), (75.0, 179.9), (90.0, 0.0)]
 
@@ -42,7 +41,6 @@ def test_where_nodes_are_missing():
     np.testing.assert_allclose(weight, [[0, 0.75, 0.25, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
     [(*place, 60) for place in PLACES] + [(52.5, 13.4, minutes) for minutes in (10, 20)] + [(-90.0, 0.0, 15)],
@@ -61,37 +59,11 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     assert found.max() < 7.0
 
 
-@pytest.mark.once
-def test_a_bent_function_has_no_bias():
-    """Mean over the year of a smooth function of the sun's place, against pvlib's sun of every hour.
-
-    Suns above 10° at 30° N, where every step has its four days.
-    """
-    times = year_of()
-    bias, error = {}, {}
-    for way in ("days:12", "days:24", "typical-days:12", "typical-days:24"):
-        suns = choose_suns(way, times, HOUR, 30.0, 0.0)
-        match = match_suns(suns, times, HOUR, 30.0, 0.0)
-        direction, sunny = sunny_directions(times, HOUR, 30.0, 0.0)
-        high = sunny & (direction[:, 2] > np.sin(np.radians(10)))
-        bent = np.exp(3 * suns.direction[:, 2])  # steeper the higher the sun: bent to one side everywhere
-        found = (bent[match.index[high]] * match.weight[high]).sum(axis=1)
-        true = np.exp(3 * direction[high, 2])
-        bias[way], error[way] = found.mean() / true.mean() - 1, np.abs(found - true).mean() / true.mean()
-    assert abs(bias["days:12"]) < 2e-5
-    assert abs(bias["days:24"]) < 5e-6
-    assert error["days:24"] < error["days:12"] / 8  # the fourth power of the days between
-    # A sun that stands for others by their mean misses half their variance times the bend.
-    assert bias["typical-days:12"] < -1e-4
-    assert error["typical-days:24"] > 100 * error["days:24"]
-
-
 def test_a_day_for_every_day_is_every_hour():
     suns = choose_suns("days:365", year_of(), HOUR, 52.5, 13.4)
     assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 1e-4
 
 
-@pytest.mark.once
 def test_the_year_of_tracing_does_not_matter():
     """Another year, many years, a year before 1970: the season is that of the sun, not of the calendar."""
     suns = choose_suns("days:24", year_of(2017), HOUR, 52.5, 13.4)
@@ -112,19 +84,6 @@ def test_days_are_spread_evenly():
     assert set(gaps) <= {15, 16} and len(dates) == 24
     day, _ = solar_days(year_of(), HOUR, 13.4)
     assert np.isin(dates - EPOCH, day).all()
-
-
-def test_the_first_days_share_the_year():
-    """Whoever stops after some days keeps days of all seasons."""
-    suns = progressive_order(choose_suns("days:24", year_of(), HOUR, 52.5, 13.4))
-    assert isinstance(suns, Suns)
-    for days in (3, 5, 8, 13):
-        last = np.flatnonzero(np.diff(suns.day))[days - 1] + 1
-        kept = interrupted_suns(suns, last)
-        assert kept.sampling == f"days:{days}"
-        dates = np.sort(np.unique(kept.day))
-        assert np.diff(np.append(dates, dates[0] + 365)).max() <= 2.7 * 365 / days
-    assert np.median(angles(kept, year_of(), HOUR, 52.5, 13.4)) < 0.1
 
 
 def test_few_days_take_the_nearest():

@@ -1,16 +1,19 @@
-"""What the plan of effects decides, against closed forms and runs, and effects of the modules against pvlib."""
+"""The plan of effects, the number of reflections and effects of the modules, against closed forms, runs and pvlib."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from planes import DC, light_on_plane, run_chain
-from scenes import run_gather, scene_of_triangles
-from small_city import write_small_city
-from test_beyond_reflections import light_of_groups
+from radiosity import bowl
+from scenes import run_gather, scene_of_triangles, strip, suns_towards
+from small_city import house, write_gml, write_small_city
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
 from citypv.core.effects.beyond_scene import measure_reach
+from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
@@ -18,15 +21,16 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_scene, read_year
+from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
+WALL = strip([0, 0, 0], [8, 0, 0], [0, 0, 8], 1)
 
 
 def test_nothing_to_reflect_needs_one_reflection():
     """A wall alone: the far ground reflects onto it once, and no ray is traced."""
-    transfer = run_gather(scene_of_triangles(*wall()), SUNS, max_bounces=None)
+    transfer = run_gather(scene_of_triangles(*WALL), SUNS, max_bounces=None)
     assert transfer.record.max_bounces == 1
     assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
     assert transfer.record.effects[2]["bound"] == 0
@@ -38,7 +42,7 @@ def test_nothing_to_reflect_needs_one_reflection():
 @pytest.mark.parametrize(("azimuth", "turned"), [(180, 1), (0, -1)])
 def test_a_dark_far_ground_costs_a_wall_what_pvlib_says(azimuth, turned):
     """An unshaded wall under a clear sky: the bound is its reflected light over all of its light."""
-    vertices, triangles = wall()
+    vertices, triangles = WALL
     scene = scene_of_triangles(vertices, np.array(triangles)[:, ::turned])
     request = Request(sky="isotropic", weather="clear-sky", suns="days:2", far_ground=False, threads=1)
     weather = read_year(scene.site, request)
@@ -62,10 +66,6 @@ def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
         light[on] = light_of_groups(traced, weather)
     lost = 1 - light[False] / light[True]
     assert 0.01 < lost.max() <= prepared.plan["far-ground"].bound < 0.6
-
-
-def wall():
-    return [[0, 0, 0], [8, 0, 0], [8, 0, 8], [0, 0, 8]], [[0, 1, 2], [0, 2, 3]]
 
 
 def test_reach_of_the_ground():
@@ -126,3 +126,60 @@ def test_an_effect_that_yield_switches_has_a_reason_and_no_bound():
     state_shares(summary, {"aoi": (-0.02, 0.02, True)})
     (on,) = summary["traced"]["effects"]
     assert (on["on"], on["reason"], on["outcome"]) == (True, "switched on", {"left_out": 0.0, "holds": True})
+
+
+CHEAP = {"suns": "days:4", "samples": 64, "shadow_samples": 4, "threads": 1}
+MANY = 30
+
+
+def write_city(path, name):
+    """Three houses, or a street of 10 m between two rows of 60 m that run east."""
+    if name == "houses":
+        return write_small_city(path)
+    rows = [house(row, (0, north), (60, 12, 18), ridge=0.01) for row, north in (("a", 0), ("b", 22))]
+    return write_gml(path, *rows)
+
+
+def light_of_groups(transfer, weather):
+    """Irradiation of each kind and orientation that counts: (g,)."""
+    surfaces, energy = transfer.surfaces, compute_energy(transfer, weather, threads=1, sky="perez")
+    names, counts = np.char.add(surfaces.kind, surfaces.orientation), np.asarray(surfaces.eligible, bool)
+    light = surfaces.area * np.nan_to_num(energy.poa_global_annual)
+    return np.array([light[counts & (names == name)].sum() for name in np.unique(names[counts])])
+
+
+@pytest.mark.parametrize(("city", "albedo"), [("houses", 0.6), ("street", 0.1), ("street", 0.25)])
+def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo):
+    """Beside a run with the same rays and many reflections."""
+    light = {"albedo": albedo, "ground_albedo": albedo, "weather": "clear-sky", **CHEAP}
+    scene = read_scene([write_city(tmp_path / "city.gml", city)], Request(**light))
+    clear = read_year(scene.site, Request(**light))
+    few, many = (trace_scene(scene, clear, Request(**light, max_bounces=count)) for count in (None, MANY))
+    (effect,) = (one for one in few.record.effects if one["key"] == "reflections")
+    assert effect["outcome"]["holds"] and effect["outcome"]["left_out"] <= WHOLE_LIMIT
+    below = 0.25 * clear.data["ghi"]  # what a closed cover of clouds lets through (Kasten, Czeplak 1980)
+    overcast = replace(clear, data=clear.data.assign(ghi=below, dni=0.0, dhi=below))
+    for weather in (clear, overcast):
+        found, known = (light_of_groups(one, weather) for one in (few, many))
+        assert 0 < (1 - found / known).max() <= GROUP_LIMIT
+        assert 0 < 1 - found.sum() / known.sum() <= WHOLE_LIMIT
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.4, 0.6, 0.8])
+def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
+    """E_n = 1/2 (albedo/2)^n everywhere under the sky, so (albedo/2)^(n+1) of the light lies beyond n reflections."""
+    settings = {"albedo": albedo, "far_ground": False, "samples": 256, "shadow_samples": 16}
+    transfer = run_gather(bowl(), suns_towards([[0, 0, 1]]), threads=1, **settings)
+    assert transfer.record.max_bounces == next(n for n in range(1, 30) if (albedo / 2) ** (n + 1) <= WHOLE_LIMIT)
+    (effect,) = (one for one in transfer.record.effects if one["key"] == "reflections")
+    expected = (albedo / 2) ** (transfer.record.max_bounces + 1)
+    assert effect["outcome"]["left_out"] == pytest.approx(expected, rel=0.1)
+    area = transfer.surfaces.area
+    found = area @ transfer.diffuse_relative / area.sum()  # facets are a little flatter than the sphere
+    assert found == pytest.approx(0.5 / (1 - albedo / 2) * (1 - expected), rel=0.02)
+
+
+def test_by_albedo_alone_where_no_solver_tells():
+    """Photons are followed until ρⁿ⁺¹/(1 - ρ), the most that any scene reflects beyond, is below 0.2 %."""
+    assert [count_surely(albedo) for albedo in (0.1, 0.25, 0.6)] == [2, 4, 13]
+    assert count_surely(1.0) == MOST_BOUNCES

@@ -19,8 +19,8 @@ SHARED = "more than half covered: shared with a neighbour, inside a building or 
 FOOT = "lies under its building, on the ground"
 
 
-def findings_of(city, **options):
-    scene = build_scene(city, 50.0, 8.0, patch_size=None, **options)
+def findings_of(city):
+    scene = build_scene(city, 50.0, 8.0, patch_size=None)
     return {finding.reason: finding for finding in list_findings(scene)}
 
 
@@ -45,8 +45,8 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     city = make_city(box("a", 0, 0, 10, 8, 0, 6))
     city.report = ImportReport(repaired={"mended": ["s2"]}, skipped={"gone": ["y"]})
     city.report.skip("lost", ["x"], 3.5)
-    found = findings_of(city, options=SceneOptions(grid_size=2.0))
     scene = build_scene(city, 50.0, 8.0, options=SceneOptions(grid_size=2.0))
+    found = {finding.reason: finding for finding in list_findings(scene)}
     assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}
     assert found["mended"].area == pytest.approx(10 * 6)
     assert (found["lost"].area, found["gone"].area) == (3.5, None)

@@ -16,7 +16,7 @@ from citypv.core.photons.follow_photons import Photons, Target, leave_patches, m
 from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
-from citypv.core.rays.sample_points import cosine_direction
+from citypv.core.rays.sample_points import barycentric_of_square, cosine_direction
 
 
 def trace(scene, suns=SUNS, **settings):
@@ -43,7 +43,6 @@ def paper_hemisphere(scene, radius, count, seed):
     return hits / scene.surfaces.area / density, np.sqrt(np.maximum(hits, 1)) / scene.surfaces.area / density
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("radius", [60.0, 120.0])
 def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
     """At any radius, for rays that rise are discarded."""
@@ -100,7 +99,8 @@ def test_closed_furnace(albedo, bounces, mirrors):
     target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), brdfs)
     count = 20_000
     generator = np.random.default_rng(0)
-    places = HitPlaces(generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
+    hit = generator.choice(12, count, p=patches.area / patches.area.sum())
+    places = HitPlaces(hit, *barycentric_of_square(*generator.random((2, count), np.float32)))
     _, outwards = leave_patches(patches, places, cosine_direction(*generator.random((2, count))))
     photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))
     received = np.bincount(places[0], photons.weight, 12)
@@ -115,13 +115,6 @@ def test_closed_furnace(albedo, bounces, mirrors):
     assert received * patches.area.sum() / patches.area / count == pytest.approx(expected, rel=0.1)
 
 
-def barycentric(generator, count):
-    one, two = generator.random((2, count))
-    outside = one + two > 1
-    return np.where(outside, 1 - one, one).astype("f4"), np.where(outside, 1 - two, two).astype("f4")
-
-
-@pytest.mark.once
 def test_standard_error_is_that_of_the_noise():
     """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
     quotients = []

@@ -28,7 +28,6 @@ VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
 REQUEST = Request(horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1)
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("place", [VALLEY, SLOPE])
 def test_horizon_is_that_of_all_posts(place):
     """Every edge between posts in Earth-centred coordinates, from 1 km on."""
@@ -85,7 +84,6 @@ def year_of(town):
     return weather, hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
 
 
-@pytest.mark.once
 def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
     weather, suns = year_of(town)
     traced = trace_gather(town, suns, REQUEST, silent)
@@ -124,7 +122,6 @@ def middle(scene):
     return pyproj.Geod(ellps="WGS84").fwd(*here, turn, np.hypot(x, y))[1::-1]
 
 
-@pytest.mark.once
 def test_what_is_switched_off_stays_below_its_bound(town):
     """Full load hours with and without the horizon, and with that of each corner of the scene."""
     (weather, suns), request = year_of(town), replace(REQUEST, sky="perez")

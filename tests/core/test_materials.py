@@ -18,7 +18,6 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 
-@pytest.mark.once
 def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     """Hardly rough it is a mirror; rough it lights beyond the beam and less within."""
     texts = [
@@ -79,13 +78,8 @@ def test_every_material_has_a_source_and_stands_in_the_docs():
 def test_the_albedos_of_pvsyst_are_those_of_pvlib():
     """Pvlib has its table from there, too: the metals and, within the ranges, what lies on the ground."""
     albedos = pvlib.albedo.SURFACE_ALBEDOS
-    pairs = {
-        "aluminum": "aluminium",
-        "copper": "copper",
-        "fresh steel": "galvanised steel",
-        "dirty steel": "dirty galvanised steel",
-    }
-    for theirs, ours in pairs.items():
+    metals = ("aluminium", "copper", "galvanised steel", "dirty galvanised steel")
+    for ours, theirs in zip(metals, ("aluminum", "copper", "fresh steel", "dirty steel"), strict=True):
         assert brdf_of_material(ours).albedo == albedos[theirs]
     for name in ("asphalt", "concrete", "grass", "snow", "soil", "sand"):
         least, most, _ = DIFFUSE[name]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cities import make_city
-from test_citygml_errors import assert_refused
+from test_citygml_rules import assert_refused
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.classify import measure_tilt

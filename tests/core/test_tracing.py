@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
-from test_covered import box
+
+from citypv.core.commands.plain_scenes import box
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 
