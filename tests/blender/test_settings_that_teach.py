@@ -17,15 +17,8 @@ from citypv.operators.city.read_settings import read_settings, state_of_step
 from citypv.operators.light.plan_trace import PRICES, find_preset, read_plan
 from citypv.operators.run_step import in_panel_words
 
-INNER = {
-    "cancel",
-    "compare_variant",
-    "copy_group",
-    "delete_variant",
-    "drop_weather",
-    "explain_effect",
-    "switch_city",
-}  # of a row
+# Operators of a row.
+INNER = {"cancel", "compare_variant", "copy_group", "delete_variant", "drop_weather", "explain_effect", "switch_city"}
 
 
 @pytest.mark.parametrize("preset", ["draft", "standard", "reference"])

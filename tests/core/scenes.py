@@ -83,6 +83,11 @@ def run_hybrid(scene, suns, **settings):
 RUNS = {"gather": run_gather, "forward": run_forward}
 
 
+def rms(values, axis=None):
+    """Root of the mean square."""
+    return np.sqrt(np.mean(np.square(values), axis=axis))
+
+
 def assert_mean(estimate, standard_error, expected, z=4):
     """The estimate lies within z standard errors of a value known in closed form."""
     distance = np.abs(np.asarray(estimate) - expected)

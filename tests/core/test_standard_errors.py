@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
+from scenes import join, rms, run_gather, scene_of_triangles, strip, suns_towards
 from scipy import stats
 from test_closed_forms import SUNS, direct_relative
 from test_tracing import box, three_houses
@@ -23,10 +23,6 @@ SEEDS = (1, 2, 3)
 TOO_SMALL = 1.10  # how far errors may exceed what is reported
 DIFFUSE, DIRECT = 0, 1
 ANYWHERE, ALIGNED = "anywhere", "aligned"
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def patches_as_surfaces(scene):

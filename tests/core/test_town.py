@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import scene_of_triangles, suns_towards
+from scenes import rms, scene_of_triangles, suns_towards
 from scipy import stats
 from test_closed_forms import direct_relative
 
@@ -18,10 +18,6 @@ pytestmark = pytest.mark.once
 ERRORS_KNOWN = 1e-4  # a surface whose error is below it has met no noise yet
 SHADOWS_MATTER = 1e-3  # above it the error is that of the shadow points, below it more and more that of reflections
 TOWN = Path(__file__).parents[1] / "data" / "town.npz"
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 @cache

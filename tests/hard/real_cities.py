@@ -8,7 +8,7 @@ from scenes import suns_towards
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.city import take_polygons
-from citypv.core.patches.find_coincident import find_coincident
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 
 ROOT = Path(__file__).parents[2]
@@ -44,9 +44,37 @@ def middle_of(city, half):
 
 
 def lies_alone(scene):
-    """Whether no face of another surface lies in the plane of a surface, within a centimetre: (n,) bool."""
-    surface, alone = scene.triangle_surface, np.ones(len(scene.surfaces) + 1, bool)  # the last for the ground
-    pairs = find_coincident(scene.vertices[scene.triangles], np.full(len(surface), 0.01))
-    own, other = np.repeat(surface, np.diff(pairs.start)), surface[pairs.other]
-    alone[own[own != other]] = False
-    return alone[:-1]
+    """Whether no face of another surface lies within a centimetre of a surface, seen from ten points of each triangle.
+
+    Surfaces are dealt into two heaps, again and again, and each is held against the other heap: (n,) bool.
+    """
+    generator = np.random.default_rng(3)
+    surface, corners = scene.triangle_surface, scene.vertices[scene.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    share = generator.dirichlet([1, 1, 1], (len(corners), 10))
+    points = np.einsum("tkc,tcx->tkx", share, corners)
+    met = np.zeros(points.shape[:2], bool)
+    for _ in range(10):
+        heap = generator.integers(0, 2, len(scene.surfaces) + 1)[surface]
+        for mine in (0, 1):
+            others, own = RayScene(scene.vertices, scene.triangles[heap != mine]), heap == mine
+            for side in (1, -1):
+                towards = -side * np.repeat(normal[own], points.shape[1], axis=0)
+                start = points[own] + 0.01 * side * normal[own][:, None]
+                depth = depth_of_hits(others, scene.triangles[heap != mine], scene.vertices, start, towards)
+                met[own] |= (depth <= 0.02).reshape(-1, points.shape[1])
+    listed = surface >= 0
+    shared = np.bincount(surface[listed], met.any(axis=1)[listed], len(scene.surfaces))
+    return shared == 0
+
+
+def depth_of_hits(tree, triangles, vertices, start, towards):
+    """How far rays go until they meet something: (m,) float64 [m], inf for nothing."""
+    start = start.reshape(-1, 3)
+    hit = tree.trace_closest(start.astype(np.float32), towards.astype(np.float32))
+    corners = vertices[triangles[np.maximum(hit, 0)]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    along = (normal * towards).sum(axis=1)
+    away = ((corners[:, 0] - start) * normal).sum(axis=1)
+    return np.divide(away, along, out=np.full(len(hit), np.inf), where=(hit >= 0) & (along != 0))

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import run_gather
+from scenes import rms, run_gather
 from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -45,10 +45,6 @@ def traced(name):
         energy = compute_energy(transfer, weather)
         runs.append((energy.full_load_hours, energy.full_load_hours_standard_error))
     return [np.array(part) for part in zip(*runs, strict=True)], scene, transfer.covered_share
-
-
-def rms(values, axis=None):
-    return np.sqrt(np.mean(np.square(values), axis=axis))
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Which sun: at zenith, on the horizon, in the plane of a wall, along a street; poles, date line and calendars."""
+"""Which sun: on the horizon, in the plane of a wall, along a street, never up; and clocks that jump."""
 
 import numpy as np
 import pandas as pd
@@ -7,28 +7,15 @@ from scenes import join, run_gather, strip, suns_towards
 from towns import turned
 
 from citypv.core.commands.plain_scenes import box
-from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns
-from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.climate import clear_sky
 
 HOUR = pd.Timedelta(hours=1)
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)
 HOUSE = join([GROUND, *box((-5, -5, 0), (5, 5, 10))])
 SOUTH, NORTH, EAST, WEST = (12 + np.arange(2) + 2 * side for side in (2, 3, 4, 5))
 ROOF = np.array([12, 13])
-
-
-def clear_year(latitude, longitude, altitude=0.0, year=2021):
-    return add_sun(clear_sky(latitude, longitude, altitude, year), HOUR)
-
-
-def energy_of(weather, latitude, longitude, way="typical-days:4"):
-    """Of the house, under suns chosen from a year of clear sky."""
-    suns = choose_suns(way, weather.data.index, HOUR, latitude, longitude)
-    return compute_energy(run_gather(HOUSE, suns, shadow_samples=64), weather)
 
 
 def visible(directions, scene=HOUSE, **settings):
@@ -77,26 +64,6 @@ def test_no_sun_above_the_horizon():
     assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
 
 
-@pytest.mark.parametrize("place", [(0.0, 10.0), (90.0, 0.0), (-33.9, 18.4), (-16.8, 180.0)])
-def test_places(place):
-    """A year of clear sky at the equator, a pole, in the south and on the date line: finite, dark while the sun is
-    down, and the same beside the line as on it."""
-    weather = clear_year(*place)
-    assert np.isfinite(weather.data.to_numpy()).all()
-    assert (weather.data["dni"][weather.data["apparent_zenith"] >= 90] == 0).all()
-    assert weather.data["dni"].max() < 1200
-    energy = energy_of(weather, *place)
-    assert np.isfinite(energy.poa_global_annual).all()
-    assert (energy.full_load_hours[ROOF] > 400).all()
-    if place[0] < -30:
-        assert energy.poa_global_annual[NORTH].mean() > 1.5 * energy.poa_global_annual[SOUTH].mean()
-    elif place[1] == 180:
-        west = place[0], -179.99
-        assert energy_of(clear_year(*west), *west).poa_global_annual == pytest.approx(
-            energy.poa_global_annual, rel=0.02
-        )
-
-
 @pytest.mark.parametrize("zone", ["Europe/Berlin", "Australia/Lord_Howe"])
 def test_summer_time_moves_no_sun(zone):
     """The same instants, named in a zone whose clocks jump."""
@@ -105,14 +72,3 @@ def test_summer_time_moves_no_sun(zone):
     assert np.array_equal(solar_position(times.tz_convert(zone), HOUR, 52.5, 13.4).to_numpy(), utc)
     one, other = (choose_suns("typical-days:4", axis, HOUR, 52.5, 13.4) for axis in (times, times.tz_convert(zone)))
     assert np.array_equal(one.direction, other.direction)
-
-
-@pytest.mark.parametrize(("year", "hours"), [(2021, 8760), (2016, 8784), (1900, 8760)])
-def test_leap_years_and_years_with_leap_seconds(year, hours):
-    """2016 ended with a leap second; 1900 is divisible by four and no leap year."""
-    weather = clear_year(52.5, 13.4, 40.0, year)
-    assert len(weather.data) == hours
-    assert np.isfinite(weather.data.to_numpy()).all()
-    energy = energy_of(weather, 52.5, 13.4, "typical-days:2")
-    assert energy.years == pytest.approx(1, abs=0.003)
-    assert 900 < energy.full_load_hours[ROOF].mean() < 2500
