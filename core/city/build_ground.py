@@ -28,6 +28,7 @@ from .places_in_plan import (
     pair_keys,
     unique_pairs,
 )
+from .polygons import drop_unused
 from .scene import Site, Surfaces
 from .slope_filter import draw_lines, highest_foot
 from .triangulate_feet import drop_on_triangles, triangulate_feet, triangulate_plan
@@ -60,10 +61,33 @@ class Lattice(NamedTuple):
         return self.place(np.concatenate([np.stack(np.broadcast_arrays(*side), axis=1) for side in sides]))
 
 
-def lay_lattice(low, high, reach, patch_size, site):
-    """Lattice that reaches at least so far [m] beyond a rectangle of the grid of the files, two (2,) float64 [m]."""
+def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
+    """Lattice that reaches beyond a city.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+        Of the city.
+    feet : Feet
+    reach : float
+        Least extent beyond the city [building heights].
+    patch_size : float [m]
+    site : Site
+        Whose frame the points are in.
+    kept : Lattice, optional
+        Taken if all of the city lies on it.
+
+    Returns
+    -------
+    Lattice
+    """
+    places = bring_to_grid(points, site)[:, :2].round(MILLIMETRE)
+    low, high = places.min(axis=0), places.max(axis=0)
+    if kept is not None and (low >= kept.low).all() and (high <= kept.high).all():
+        return kept
+    reach = max(reach * (points[:, 2].max() - np.median(feet.start[:, 2])), SHORTEST_REACH)
     step = patch_size * 2.0 ** max(np.floor(np.log2(reach / patch_size)), 0)
-    first, last = np.floor((low[:2] - reach) / step), np.ceil((high[:2] + reach) / step)
+    first, last = np.floor((low - reach) / step), np.ceil((high + reach) / step)
     return Lattice(first * step, last * step, step, patch_size, site)
 
 
@@ -186,9 +210,7 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     check_patch_size(patch_size)
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(placed, ground_height)
-    low, high, reach = measure_extent(placed.points, feet, reach, placed.site)
-    if lattice is None or (low[:2] < lattice.low).any() or (high[:2] > lattice.high).any():
-        lattice = lay_lattice(low, high, reach, patch_size, placed.site)
+    lattice = lay_lattice(placed.points, feet, reach, patch_size, placed.site, kept=lattice)
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
@@ -204,33 +226,15 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     return *sort_by_place(vertices, triangles), feet.hanging, lattice
 
 
-def measure_extent(points, feet, reach, site):
-    """Bounds of a city on the grid of its files, two (3,) float64 [m], and how far ground reaches beyond them [m].
-
-    Parameters
-    ----------
-    points : array, (m, 3) float64 [m]
-    feet : Feet
-    reach : float
-        In building heights.
-    site : Site
-    """
-    places = bring_to_grid(points, site).round(MILLIMETRE)
-    height = points[:, 2].max() - np.median(feet.start[:, 2])
-    return places.min(axis=0), places.max(axis=0), max(reach * height, SHORTEST_REACH)
-
-
 def sort_by_place(vertices, triangles):
     """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by these, each beginning
     with its first one."""
-    used, triangles = np.unique(triangles, return_inverse=True)
-    order = np.lexsort(vertices[used].T[[2, 1, 0]])
-    number = np.empty(len(used), np.int64)
-    number[order] = np.arange(len(used))
-    triangles = number[triangles.reshape(-1, 3)]
+    vertices, triangles = drop_unused(vertices, triangles)
+    order = np.lexsort(vertices.T[[2, 1, 0]])
+    triangles = np.argsort(order)[triangles]
     first = triangles.argmin(axis=1)[:, None]
     triangles = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
-    return vertices[used[order]], triangles[np.lexsort(triangles.T[::-1])]
+    return vertices[order], triangles[np.lexsort(triangles.T[::-1])]
 
 
 def feet_or_corners(placed, ground_height=None):

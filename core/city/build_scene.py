@@ -17,10 +17,10 @@ from .find_ground import find_ground, find_hanging
 from .find_sheets import find_sheets
 from .find_twins import COMMON, find_twins
 from .grid_cells import split_into_cells
-from .known_polygons import cells_of, drawn_triangles, find_known, name_polygons, near_lost
+from .known_polygons import find_known, name_polygons, near_lost
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .polygons import measure_polygons, normals_of, triangulate
+from .polygons import drop_unused, measure_polygons, merge_vertices, normals_of, triangulate
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 from .terrain import Terrain
@@ -229,7 +229,7 @@ def join_known(known, shape, patch_size):
     number = np.full(len(before.surfaces) + 1, -1)
     number[place[place >= 0]] = np.flatnonzero(place >= 0)
     own = number[before.triangle_surface]
-    kept = np.flatnonzero((own >= 0) & drawn_triangles(before))
+    kept = np.flatnonzero(own >= 0)
     vertices, triangles, polygon = before.vertices, before.triangles[kept], own[kept]
     rows = np.flatnonzero(place < 0)
     if len(rows):
@@ -238,19 +238,4 @@ def join_known(known, shape, patch_size):
         triangles = np.concatenate([triangles, corners + len(before.vertices)])
         polygon = np.concatenate([polygon, rows[owner]])
     order = np.argsort(polygon, kind="stable")
-    used, corners = np.unique(triangles[order], return_inverse=True)
-    return vertices[used], corners.reshape(-1, 3), polygon[order]
-
-
-def merge_vertices(points, triangles):
-    """Merge identical points (to 0.01 mm) into one vertex, and drop unused ones.
-
-    Returns
-    -------
-    vertices : array, (v, 3) float64 [m]
-    triangles : array, (t, 3) int64
-    """
-    used, corners = np.unique(triangles, return_inverse=True)
-    keys = cells_of(points[used])
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
+    return *drop_unused(vertices, triangles[order]), polygon[order]

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from ..settings.errors import InputError, check_array, count_of
@@ -13,16 +12,16 @@ from .build_ground import (
     cut_feet,
     faces_up,
     lay_lattice,
-    measure_extent,
     split_feet,
     spread_points,
     under_buildings,
 )
 from .check_geometry import check_patch_size, check_terrain
 from .locate_site import AS_IN_FILES, bring_to_grid
+from .polygons import drop_unused
 from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
-from .triangulate_feet import drop_on_triangles
+from .triangulate_feet import drop_on_triangles, triangulate_plan
 
 TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
 ROUNDS = 8  # of adding points where the error is larger
@@ -77,10 +76,9 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     check_array("start of the feet", feet.start, ("e", 3))
     check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
-    low, high, reach = measure_extent(points, feet, reach, site)
-    near = lay_lattice(low, high, reach, patch_size, site)
+    near = lay_lattice(points, feet, reach, patch_size, site)
     foot_points, _ = cut_feet(feet, draw_lines(feet), 0.5 * patch_size)
-    places, heights, notes = _spread(foot_points, feet, terrain, near, (low, high))
+    places, heights, notes = _spread(foot_points, feet, terrain, near)
     vertices, triangles = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, triangles.astype(np.int64))
     skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
@@ -90,21 +88,17 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
     joined = np.concatenate([piece[1] + first for piece, first in zip(pieces, starts[:-1], strict=True)])
     hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
-    used, corners = np.unique(joined, return_inverse=True)
-    whole = np.concatenate([piece[0] for piece in pieces])[used]
-    return Ground(whole, corners.reshape(-1, 3), hidden, raised, below_ground, [*terrain.notes, *notes, *words])
+    laid = drop_unused(np.concatenate([piece[0] for piece in pieces]), joined)
+    return Ground(*laid, hidden, raised, below_ground, [*terrain.notes, *notes, *words])
 
 
-def _spread(foot_points, feet, terrain, near, bounds):
+def _spread(foot_points, feet, terrain, near):
     """Ground points with heights; gaps are interpolated, with a note."""
-    foot_places = foot_points[:, :2]
-    (low, high), site = bounds, near.site
-    found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)
-    low, high = np.maximum(found.min(axis=0), low - HORIZON)[:2], np.minimum(found.max(axis=0), high + HORIZON)[:2]
-    far = near._replace(
-        low=np.minimum(near.low, np.ceil(low / near.step) * near.step),
-        high=np.maximum(near.high, np.floor(high / near.step) * near.step),
-    )
+    foot_places, site = foot_points[:, :2], near.site
+    found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)[:, :2]
+    low = np.ceil(np.maximum(found.min(axis=0), near.low - HORIZON) / near.step) * near.step
+    high = np.floor(np.minimum(found.max(axis=0), near.high + HORIZON) / near.step) * near.step
+    far = near._replace(low=np.minimum(near.low, low), high=np.maximum(near.high, high))
     free = spread_points(foot_places, feet.footprints, far)
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
@@ -135,12 +129,10 @@ def _spread(foot_points, feet, terrain, near, bounds):
         notes.append(f"{count} are more than {NEAR:g} m from the terrain: they follow the buildings' feet.")
     gap = np.isnan(heights)
     if gap.any():  # linear between all others; beyond their convex hull the nearest height
-        between = np.nan
-        if np.count_nonzero(~gap) >= 4:
-            plane = Delaunay(places[~gap], qhull_options="QJ")
-            between = LinearNDInterpolator(plane, heights[~gap])(places[gap])
-        nearest = cKDTree(places[~gap]).query(places[gap])[1]
-        heights[gap] = np.where(np.isnan(between), heights[~gap][nearest], between)
+        known = np.column_stack([places, heights])[~gap]
+        between = drop_on_triangles(known[triangulate_plan(known[:, :2])], places[gap])
+        nearest = cKDTree(known[:, :2]).query(places[gap])[1]
+        heights[gap] = np.where(np.isfinite(between), between, known[nearest, 2])
     return places[keep], heights[keep], notes
 
 

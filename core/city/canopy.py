@@ -100,7 +100,7 @@ class Canopy:
         (states, c, r) bool
         """
         shape = ray_origins.shape[:2]
-        numbers = spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1]).reshape(-1)
+        numbers = draw_numbers(ray_origins[:, 0], ray_directions[:, 0], shape[1]).reshape(-1)
         rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
         passed = self.transmittance(*rays, None if reach is None else reach.reshape(-1), numbers)
         return (passed[: self.states] < numbers).reshape(-1, *shape)
@@ -127,25 +127,23 @@ class Canopy:
         if len(row):
             passed = np.ones((2, len(row), position.shape[1]))
             pair, point = np.nonzero(shaded[row, sun])
-            numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
+            numbers = draw_numbers(position[row, 0], directions[sun], position.shape[1])
             rays = position[row[pair], point], directions[sun[pair]]
             passed[:, pair, point] = self.transmittance(*rays, least=numbers[pair, point])
             found[:, row, sun] &= passed[: self.states] >= numbers
         return found
 
 
-def hash_rays(ray_origins, ray_directions):
-    """Random word of each ray, from its own numbers, so that it does not depend on the order of rays: (n,) uint64."""
+def draw_numbers(ray_origins, ray_directions, count):
+    """Numbers in (0, 1], evenly spread in each row and shifted by chance: (n, count) float64.
+
+    The chance follows from one ray of each row, (n, 3), so that it does not depend on the order of rows.
+    """
     words = np.zeros(len(ray_origins), np.uint64)
     for values in (ray_origins, ray_directions):
         for axis in range(3):
             bits = np.ascontiguousarray(values[:, axis], np.float32).view(np.uint32).astype(np.uint64)
             words = mix((words ^ bits) + GOLDEN)
-    return words
-
-
-def spread_numbers(words, count):
-    """Evenly spread numbers in (0, 1], shifted by chance in each row: (n, count) float64."""
     start = (words >> np.uint64(11)).astype(float)[:, None] * 2.0**-53
     return 1 - (start + np.arange(count) * GOLDEN_RATIO) % 1.0
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..settings.errors import UNIT, InputError, check_array, check_triangles
+from ..settings.errors import UNIT, InputError, check_array, check_triangles, first_true
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 NARROWEST = 0.1  # [m]: smaller cities are of another unit; below it a millimetre is no longer small
@@ -23,31 +23,19 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     ------
     InputError
     """
-    check_starts("ring_start", ring_start, len(points))
-    check_starts("polygon_start", polygon_start, len(ring_start) - 1, least=1)
+    for name, given, last, least in (
+        ("ring_start", ring_start, len(points), 0),
+        ("polygon_start", polygon_start, len(ring_start) - 1, 1),
+    ):
+        starts = check_array(name, given, ("k + 1",), kind="i", most=np.inf, least=-np.inf)
+        if not len(starts) or starts[0] != 0 or starts[-1] != last:
+            ends = f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty"
+            raise InputError(name, ends, f"give starts from 0 to {last}")
+        members = np.diff(starts)
+        if (short := first_true(members < least)) is not None:
+            raise InputError(name, f"row {short} has {members[short]} members", f"give each at least {least}")
     of_surface = (lambda row: f", of surface {name_surface(row)!r},") if name_surface else (lambda row: "")
     check_array("points", points, ("m", 3), row=lambda row: f"point {row}{of_surface(row)}")
-
-
-def check_starts(name, starts, last, least=0):
-    """Raise an error if start indices do not increase from 0 to `last`.
-
-    Parameters
-    ----------
-    name : str
-    starts : array, (k + 1,) int
-    last : int
-    least : int
-        Fewest members per row.
-    """
-    starts = check_array(name, starts, ("k + 1",), kind="i", most=np.inf, least=-np.inf)
-    if not len(starts) or starts[0] != 0 or starts[-1] != last:
-        ends = f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty"
-        raise InputError(name, ends, f"give starts from 0 to {last}")
-    short = np.diff(starts) < least
-    if short.any():
-        first = int(np.flatnonzero(short)[0])
-        raise InputError(name, f"row {first} has {np.diff(starts)[first]} members", f"give each at least {least}")
 
 
 def check_city(city):

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from ..settings.errors import InputError
-from .polygons import edges_of, normals_of, triangulate
+from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
@@ -153,10 +153,8 @@ def triangles_of(polygons):
         return np.empty((0, 3)), np.empty((0, 3), np.int64)
     points = np.concatenate(rings)
     triangles, _ = triangulate(points, np.cumsum([0, *map(len, rings)]), np.cumsum([0, *counts]))
-    _, first, which = np.unique(np.round(points, MERGED), axis=0, return_index=True, return_inverse=True)
-    triangles = which.reshape(-1)[triangles]
-    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return points[first], triangles[proper]
+    points, triangles = merge_vertices(points, triangles)
+    return points, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
 def is_closed(triangles):

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .city import number_names
-from .join_sheets import join_sheets
+from .join_sheets import UP, join_sheets, look
 from .polygons import normals_of
-from .scene import check_scene
-from .triangulate_feet import heights_on
+from .scene import check_scene, surface_of_triangles
 
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
 BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
@@ -38,10 +37,7 @@ def find_ground(scene):
     check_scene(scene)
     surface = scene.triangle_surface
     named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
-    ground = named[surface] & ~scene.footprint
-    for backs in (scene.back_of, scene.rack_of_back):
-        if backs is not None:
-            ground &= backs < 0
+    ground = named[surface_of_triangles(scene)] & ~scene.footprint
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
     if not own.any():
@@ -104,13 +100,7 @@ def height_below(vertices, triangles, points, start):
     (n,) float64 [m]
         -inf if there is none.
     """
-    origins = np.column_stack([points[:, :2], start]).astype(np.float32)
-    down = np.tile(np.float32([0, 0, -1]), (len(points), 1))
-    hit = RayScene(vertices, triangles).trace_closest(origins, down)
-    height = np.full(len(points), -np.inf)
-    met = hit >= 0
-    height[met] = heights_on(np.asarray(vertices, float)[triangles[hit[met]]], points[met])
-    return height
+    return start - look(np.asarray(vertices, float), triangles, np.column_stack([points[:, :2], start]), -UP).distance
 
 
 LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it

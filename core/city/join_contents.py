@@ -1,10 +1,13 @@
 """Join the contents of several files in one coordinate reference system in metres."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pyproj
 
 from ..settings.errors import InputError
-from ..settings.progress import silent
+from ..settings.progress import report_part, report_polygons, silent
 from .assemble_city import assemble_city
 from .transform_crs import choose_crs, convert_to_metres
 
@@ -64,12 +67,8 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
         tree.place = next(pieces)[0]
     progress(JOINING, BROUGHT * count, count, "polygons")
 
-    def report_share(share):
-        progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
-
-    city = assemble_city(contents, crs, lod, orient, report_share)
-    city.trees = trees
-    return city
+    report_share = partial(report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0)
+    return replace(assemble_city(contents, crs, lod, orient, report_share), trees=trees)
 
 
 def join_trees(contents):

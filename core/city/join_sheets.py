@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..rays.ray_scene import RayScene
-from .polygons import edges_of, normals_of
+from .polygons import edges_of, normals_of, number_connected
 
 CURB = 0.5  # [m] largest step from one sheet to the next, and least height of a deck
 SEAM = 0.1  # [m] largest gap in plan between sheets that meet
@@ -70,9 +68,7 @@ def join_sheets(vertices, triangles, sheet, among):
     triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
     seen = look(vertices, triangles, rim.place + SEAM * rim.outward + CURB * UP, -UP)
     meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * CURB)
-    pairs = rim.sheet[meets], sheet[seen.hit[meets]]
-    joined = coo_array((np.ones(len(pairs[0])), pairs), (count, count))
-    return np.where(lowest, connected_components(joined, directed=False)[1], -1)
+    return np.where(lowest, number_connected(rim.sheet[meets], sheet[seen.hit[meets]], count), -1)
 
 
 def look_at_rims(vertices, triangles, sheet):

@@ -7,15 +7,11 @@ by way of others, is: what one shares with another is cut for both.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..rays.random_numbers import are_among, mix, name_rows
 from ..rays.trail import boxes_of
-from .polygons import polygon_bounds
+from .polygons import MERGED, number_connected, polygon_bounds
 from .scene import corners_of
-
-MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
 @dataclass
@@ -65,8 +61,7 @@ def find_known(before, surface_id, drawn, shape):
     polygon = np.repeat(np.repeat(np.arange(len(place)), np.diff(polygon_start)), np.diff(ring_start))
     corner = name_cells(points)
     corners, vertex = np.unique(corner, return_inverse=True)
-    pairs = coo_array((np.ones(len(corner), bool), (polygon, vertex + len(place))), (len(place) + len(corners),) * 2)
-    group = connected_components(pairs, directed=False)[1]
+    group = number_connected(polygon, vertex + len(place), len(place) + len(corners))
     lost = before.triangles[lost_triangles(before, place)]
     reached = np.zeros(len(place) + len(corners), bool)
     reached[group[: len(place)][place < 0]] = True
@@ -75,9 +70,9 @@ def find_known(before, surface_id, drawn, shape):
 
 
 def name_cells(points):
-    """A number of 64 bits for the place of each point: (k,) uint64."""
+    """A number of 64 bits for the place of each point, the same for such as are merged: (k,) uint64."""
     words = np.zeros(len(points), np.uint64)
-    for column in cells_of(points).view(np.uint64).T:
+    for column in np.round(points * MERGED).astype(np.int64).view(np.uint64).T:
         words = mix(words + np.uint64(1) ^ column)
     return words
 
@@ -95,20 +90,9 @@ def near_lost(known, shape, within):
 
 def lost_triangles(before, place):
     """Triangles of surfaces of a scene before an edit that are no other's place, (n,) int: (t,) bool."""
-    lost = np.ones(len(before.surfaces) + 1, bool)
+    lost = np.append(np.ones(len(before.surfaces), bool), False)  # -1, ground and backs, takes the last
     lost[place[place >= 0]] = False
-    return lost[before.triangle_surface] & drawn_triangles(before)
-
-
-def drawn_triangles(scene):
-    """Triangles of surfaces, but no backs of sheets: (t,) bool."""
-    own = scene.triangle_surface >= 0
-    return own if scene.back_of is None else own & (scene.back_of < 0)
-
-
-def cells_of(points):
-    """Places of points, (k, 3) [m], such as are merged if they are the same: (k, 3) int64."""
-    return np.round(points * MERGED).astype(np.int64)
+    return lost[before.triangle_surface]
 
 
 def match_surfaces(known, scene, judged):

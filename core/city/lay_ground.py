@@ -11,10 +11,10 @@ from .check_geometry import check_terrain
 from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
 from .locate_site import bring_to_origin
-from .polygons import polygon_bounds
+from .polygons import drop_unused, polygon_bounds
 from .relay_ground import relay_ground
 from .scene import append_triangles
-from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
+from .terrain import HORIZON, NEAR, Layer, measure_heights, nearest_heights
 
 SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
 
@@ -41,14 +41,15 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
     """
     notes, reach = scene.report.notes, choose_reach(options.ground_albedo)
     if placed.city.terrain is not None:
-        words = f"errain of the file: {count_triangles(placed.city.terrain):,} triangles"
+        words = f"errain of the file: {sum(len(one.triangles) for one in placed.city.terrain.layers):,} triangles"
         if options.terrain is not None:
             notes.append(f"T{words}, not used: {options.terrain.source} takes its place.")
         else:
             notes.append(f"Ground: t{words}." if ground == "auto" else f"T{words}, left out (--ground {ground}).")
     chosen = options.terrain or (placed.city.terrain if ground == "auto" else None)
     if chosen is not None:
-        moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
+        layers = [Layer(bring_to_origin(layer.points, scene.site), layer.triangles) for layer in chosen.layers]
+        moved = replace(chosen, layers=layers)
         check_terrain(moved)
         # Houses that end above the terrain are carried down to it; only thin things float above it.
         feet = feet_or_corners(
@@ -124,11 +125,6 @@ def join_ground(scene, vertices, triangles, hidden=False):
     return replace(scene, vertices=np.concatenate([scene.vertices, vertices]))
 
 
-def count_triangles(terrain):
-    """Number of triangles of all layers."""
-    return sum(len(layer.triangles) for layer in terrain.layers)
-
-
 def show_terrain(scene, terrain):
     """Add the triangles of a terrain as read, for display only; walls are not joined to it.
 
@@ -144,10 +140,11 @@ def show_terrain(scene, terrain):
     Scene
     """
     low, high = scene.vertices.min(axis=0)[:2] - HORIZON, scene.vertices.max(axis=0)[:2] + HORIZON
-    scene.report.notes.append(f"Terrain of the file: {count_triangles(terrain):,} triangles.")
+    count = sum(len(layer.triangles) for layer in terrain.layers)
+    scene.report.notes.append(f"Terrain of the file: {count:,} triangles.")
     for layer in terrain.layers:
         points = bring_to_origin(layer.points, scene.site)
         near = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)[layer.triangles].all(axis=1)
-        used, corners = np.unique(layer.triangles[near], return_inverse=True)
-        scene = join_ground(scene, points[used], faces_up(points[used], corners.reshape(-1, 3)))
+        points, triangles = drop_unused(points, layer.triangles[near])
+        scene = join_ground(scene, points, faces_up(points, triangles))
     return scene

@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from .polygons import measure_polygons, next_in_ring
+from .polygons import measure_polygons, next_in_ring, number_connected
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
 SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
@@ -112,9 +110,7 @@ def _link(edges, count):
     one, other, odd = one[two_faces], other[two_faces], odd[two_faces]
     row = np.concatenate([2 * one, 2 * one + 1])
     column = np.concatenate([2 * other + odd, 2 * other + 1 - odd])
-    graph = coo_array((np.ones(len(row), np.int8), (row, column)), shape=(2 * count, 2 * count))
-    label = connected_components(graph, directed=False)[1].reshape(-1, 2)
-    drawn, turned = label.T
+    drawn, turned = number_connected(row, column, 2 * count).reshape(-1, 2).T
     shell = np.unique(np.minimum(drawn, turned), return_inverse=True)[1].reshape(-1)
     return shell, np.where(drawn <= turned, 1, -1), drawn == turned
 

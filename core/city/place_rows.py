@@ -115,10 +115,16 @@ def place_rows(racks, frame, free):
         return np.empty((0, 4, 3))
     # What is left over lies half before the first row and half behind the last.
     first = 0.5 * (bounds[1] + bounds[3] - width - (count - 1) * frame.pitch)
+    tilt, bottom = math.radians(racks.tilt), racks.height
+    across, top = racks.depth * math.cos(tilt), bottom + racks.depth * math.sin(tilt)
     rows = []
     for low in first + frame.pitch * np.arange(count):
         for left, right in free_stretches(free, low, low + width):
-            rows += fronts_of_row(racks, left, right, low)
+            ridge = low + across
+            rows.append([(left, low, bottom), (right, low, bottom), (right, ridge, top), (left, ridge, top)])
+            if racks.east_west:
+                end, ridge = low + width, low + width - across
+                rows.append([(right, end, bottom), (left, end, bottom), (left, ridge, top), (right, ridge, top)])
     local = np.array(rows).reshape(-1, 4, 3)
     return frame.origin + local @ frame.axes
 
@@ -137,20 +143,6 @@ def free_stretches(free, low, high):
     return [(begin, end) for begin, end in stretches if end - begin >= SHORTEST_ROW]
 
 
-def fronts_of_row(racks, left, right, low):
-    """Front of a row, or fronts of a pair, in the roof's frame: list of (4, 3) [m]."""
-    tilt = math.radians(racks.tilt)
-    across, rise = racks.depth * math.cos(tilt), racks.depth * math.sin(tilt)
-    bottom, top = racks.height, racks.height + rise
-    upper = low + across
-    fronts = [[(left, low, bottom), (right, low, bottom), (right, upper, top), (left, upper, top)]]
-    if racks.east_west:
-        lower = low + width_of_row(racks)
-        upper = lower - across
-        fronts.append([(right, lower, bottom), (left, lower, bottom), (left, upper, top), (right, upper, top)])
-    return fronts
-
-
 def free_area(rings, frame, rim, obstacles):
     """Free area of a roof in its own plane.
 
@@ -160,7 +152,8 @@ def free_area(rings, frame, rim, obstacles):
         The outline first.
     frame : RoofFrame
     rim : float [m]
-    obstacles : Obstacles
+    obstacles : tuple
+        As of `outline_risen`.
 
     Returns
     -------
@@ -171,54 +164,42 @@ def free_area(rings, frame, rim, obstacles):
     roof = shapely.make_valid(shapely.Polygon(flat[0], flat[1:]))
     free = shapely.buffer(roof, -rim, join_style="mitre")
     low, high = rings[0].min(axis=0)[:2] - rim, rings[0].max(axis=0)[:2] + rim
-    risen = obstacles.above(frame, low, high)
+    risen = outline_risen(obstacles, frame, low, high)
     return shapely.difference(free, shapely.union_all(shapely.buffer(risen, rim))) if len(risen) else free
 
 
-class Obstacles:
-    """Triangles of a scene, to be asked what rises above a roof.
+def outline_risen(obstacles, frame, low, high):
+    """Outlines of what rises above a roof's plane, in its frame.
+
+    Each triangle is cut off at `RISE` above the plane; the rest is seen straight from above.
 
     Parameters
     ----------
-    corners : array, (t, 3, 3) float64 [m]
+    obstacles : tuple
+        Corners of triangles, (t, 3, 3) float64 [m], and a shapely.STRtree of these in plan.
+    frame : RoofFrame
+    low, high : array, (2,) float [m]
+        Corners of the place that counts, seen from above.
+
+    Returns
+    -------
+    array of shapely geometries
+        Walls are lines.
     """
-
-    def __init__(self, corners):
-        self.corners = corners
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        self.tree = shapely.STRtree(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
-
-    def above(self, frame, low, high):
-        """Outlines of what rises above a roof's plane, in its frame.
-
-        Each triangle is cut off at `RISE` above the plane; the rest is seen straight from above.
-
-        Parameters
-        ----------
-        frame : RoofFrame
-        low, high : array, (2,) float [m]
-            Corners of the place that counts, seen from above.
-
-        Returns
-        -------
-        array of shapely geometries
-            Walls are lines.
-        """
-        near = self.tree.query(shapely.box(*low, *high))
-        corners = self.corners[near]  # (n, 3, 3)
-        normal = frame.axes[2]
-        height = (corners - frame.origin) @ normal / normal[2]  # (n, 3) [m] straight above the plane
-        rises = height.max(axis=1, initial=-np.inf) > RISE
-        corners, height = corners[rises], height[rises]
-        following = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
-        # Corners above the cut, and where edges pass through it; other places repeat one that is above.
-        highest = np.take_along_axis(corners, height.argmax(axis=1)[:, None, None], axis=1)
-        above = np.where(height[..., None] > RISE, corners, highest)
-        passes = (height > RISE) != (following[1] > RISE)
-        share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
-        cuts = np.where(passes[..., None], corners + share[..., None] * (following[0] - corners), highest)
-        places = np.concatenate([above, cuts], axis=1)  # (n, 6, 3)
-        places = places - frame.origin
-        places[..., 2] -= places @ normal / normal[2]
-        flat = places @ frame.axes[:2].T
-        return shapely.convex_hull(shapely.multipoints(flat)) if len(flat) else np.empty(0, object)
+    corners, tree = obstacles
+    corners = corners[tree.query(shapely.box(*low, *high))]  # (n, 3, 3)
+    normal = frame.axes[2]
+    height = (corners - frame.origin) @ normal / normal[2]  # (n, 3) [m] straight above the plane
+    rises = height.max(axis=1, initial=-np.inf) > RISE
+    corners, height = corners[rises], height[rises]
+    following = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
+    # Corners above the cut, and where edges pass through it; other places repeat one that is above.
+    highest = np.take_along_axis(corners, height.argmax(axis=1)[:, None, None], axis=1)
+    above = np.where(height[..., None] > RISE, corners, highest)
+    passes = (height > RISE) != (following[1] > RISE)
+    share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
+    cuts = np.where(passes[..., None], corners + share[..., None] * (following[0] - corners), highest)
+    places = np.concatenate([above, cuts], axis=1) - frame.origin  # (n, 6, 3)
+    places[..., 2] -= places @ normal / normal[2]
+    flat = places @ frame.axes[:2].T
+    return shapely.convex_hull(shapely.multipoints(flat)) if len(flat) else np.empty(0, object)

@@ -7,6 +7,8 @@ its own plane.
 import mapbox_earcut
 import numpy as np
 import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from .check_geometry import check_rings
@@ -16,6 +18,7 @@ THIN = 1e-9  # relative to the longest edge squared: triangles of less area are 
 TIE = 1e-6  # areas that differ by less than this share count as equal, so that rounding does not choose the diagonal
 LOST_SHARE = 1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
 TOUCHING = 1e-4  # [m] vertices closer than this are the same
+MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
 def clean_rings(rings, polygon_start):
@@ -147,7 +150,9 @@ def triangulate(points, ring_start, polygon_start):
     rest[quads[~cut]] = True
     for polygon in np.flatnonzero(rest):
         rings = ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1]
-        clipped = _clip_ears(plane, rings)
+        corners = np.ascontiguousarray(plane[rings[0] : rings[-1]])
+        clipped = mapbox_earcut.triangulate_float64(corners, (rings[1:] - rings[0]).astype(np.uint32))
+        clipped = clipped.reshape(-1, 3).astype(np.int64) + rings[0]
         lost = abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon]) if len(rings) > 2 else 0.0
         if lost > LOST_SHARE * area[polygon]:
             clipped = clip_touching_holes(plane, rings, area[polygon], clipped)
@@ -172,6 +177,32 @@ def normals_of(vertices, triangles):
     return np.cross(b - a, c - a)
 
 
+def drop_unused(vertices, triangles):
+    """Those vertices that triangles use, in the same order, and the triangles between them."""
+    used, corners = np.unique(triangles, return_inverse=True)
+    return vertices[used], corners.reshape(-1, 3)
+
+
+def merge_vertices(points, triangles):
+    """Merge identical points (to 0.01 mm) into one vertex, and drop unused ones.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+        Sorted by place.
+    triangles : array, (t, 3) int64
+    """
+    points, triangles = drop_unused(points, triangles)
+    _, first, place = np.unique(np.round(points * MERGED), axis=0, return_index=True, return_inverse=True)
+    return points[first], place.reshape(-1)[triangles]
+
+
+def number_connected(one, other, count):
+    """A number for each of some things, one for all that pairs of them, two (k,) int, connect: (count,) int32."""
+    pairs = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
+    return connected_components(pairs, directed=False)[1]
+
+
 def plane_axes(normal):
     """Two unit vectors in each plane that form a right-handed system with its normal, each (n, 3)."""
     level = np.hypot(normal[:, 0], normal[:, 1]) < 1e-12
@@ -190,15 +221,6 @@ def _cut_quads(plane, first):
     rows = np.arange(len(first))
     chosen = halves[rows, better]
     return chosen, smallest[rows, better] > THIN * _longest_square(plane, chosen).max(axis=1)
-
-
-def _clip_ears(plane, rings):
-    start = rings[0]
-    if rings[-1] - start < 3:
-        return np.empty((0, 3), np.int64)
-    corners = np.ascontiguousarray(plane[start : rings[-1]])
-    ends = (rings[1:] - start).astype(np.uint32)
-    return mapbox_earcut.triangulate_float64(corners, ends).reshape(-1, 3).astype(np.int64) + start
 
 
 def clip_touching_holes(plane, rings, area, otherwise):

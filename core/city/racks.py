@@ -8,13 +8,15 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from ..settings.errors import InputError, count_of
 from .build_scene import DRAWN_TWICE
 from .city import append_shape, whole_of_cell
 from .classify import classify, measure_tilt
 from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
-from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
+from .place_rows import THICKNESS, frame_roof, free_area, place_rows
+from .places_in_plan import draw_triangles
 from .polygons import measure_polygons
 from .refine import refine_triangles
 from .scene import Surfaces, append_triangles
@@ -84,22 +86,20 @@ def parse_racks(text):
         name = "east_west" if part.strip() == PAIRS else key.replace("-", "_")
         if name in given:
             raise InputError(OPTION, f"{key} is given twice", "give it once")
-        given[name] = True if name == "east_west" else parse_value(key, value)
+        if name == "east_west":
+            given[name] = True
+            continue
+        if key not in RANGES:
+            raise InputError(OPTION, f"{key!r} is not known", f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
+        least, most, unit = RANGES[key]
+        with suppress(ValueError):
+            given[name] = float(value)
+        if not least <= given.get(name, np.nan) <= most:  # also true for NaN
+            cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
+            raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
     if "spacing" in given and "gcr" in given:
         raise InputError(OPTION, "spacing and gcr are both given", "each follows from the other, give one")
     return Racks(**given)
-
-
-def parse_value(key, value):
-    """The number of one part of the words, within its range."""
-    if key not in RANGES:
-        raise InputError(OPTION, f"{key!r} is not known", f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
-    least, most, unit = RANGES[key]
-    with suppress(ValueError):
-        if least <= float(value) <= most:
-            return float(value)
-    cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
-    raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
 
 
 def roof_of_rack(name):
@@ -150,7 +150,8 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     """
     local = replace(city, points=bring_to_origin(city.points, scene.site))
     roofs = find_flat_roofs(scene, local, racks.area)
-    obstacles = Obstacles(np.asarray(scene.vertices, float)[scene.triangles])
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    obstacles = corners, shapely.STRtree(draw_triangles(corners))
     fronts, roof_of_row = [np.empty((0, 4, 3))], []
     for roof, normal in roofs:
         rings = local.rings(roof)

@@ -94,32 +94,21 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
             break
         rows = thin[surface[parent]]
         long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
-        some = long.any(axis=1)
-        edges = ends_of_edges(triangles[some])[long[some].ravel()]
-        halved, first, number = np.unique(pair_keys(edges), return_index=True, return_inverse=True)
+        # Ends of the edges ab, bc and ca, triangle by triangle, the smaller number first.
+        ends, chosen = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2), np.flatnonzero(long)
+        key = pair_keys(ends)
+        halved, first, number = np.unique(key[chosen], return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
-        wanted = count_parts([measure[some] for measure in measures], patch_size[parent[some]])
-        np.maximum.at(parts, number, wanted[long[some]])
-        middle = find_middles(vertices, triangles, halved)
-        vertices = np.concatenate([vertices, cut_edges(vertices[edges[first]], parts)])
+        np.maximum.at(parts, number, count_parts(measures, patch_size[parent])[long])
+        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
+        middle = np.where(halved[place] == key, len(vertices) + place, -1).reshape(-1, 3)
+        vertices = np.concatenate([vertices, cut_edges(vertices[ends[chosen[first]]], parts)])
         cut = np.zeros(len(thin), bool)
         cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
         triangles, parent = split(vertices, triangles, parent, middle)
         triangles = flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
-
-
-def find_middles(vertices, triangles, halved):
-    """The new vertex on each edge that is among those cut, keys in ascending order; else -1: (t, 3) int64."""
-    key = pair_keys(ends_of_edges(triangles))
-    place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
-    return np.where(halved[place] == key, len(vertices) + place, -1).reshape(-1, 3)
-
-
-def ends_of_edges(triangles):
-    """Vertices at the ends of the edges ab, bc and ca, triangle by triangle, the smaller number first: (3 t, 2) int."""
-    return np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
 
 
 def cut_edges(ends, parts):

@@ -15,9 +15,9 @@ import numpy as np
 from ..rays.random_numbers import name_rows
 from .build_ground import PlacedCity, build_ground, sort_by_place
 from .city import number_names, take_polygons
-from .known_polygons import lost_triangles, name_cells
-from .polygons import polygon_bounds
-from .scene import corners_of, take_surfaces
+from .known_polygons import lost_triangles
+from .polygons import drop_unused, merge_vertices, polygon_bounds
+from .scene import corners_of, surface_of_triangles, take_surfaces
 
 INNER, RIM, MARGIN = 25.0, 40.0, 110.0  # [m] around the edit, around that, and around that again
 MOST = 0.5  # of the polygons; of more, all are taken
@@ -44,7 +44,7 @@ def relay_ground(placed, known, patch_size, how):
     low, high = (np.stack(part, axis=1) for part in zip(*bounds, strict=True))
     new = known.same < 0
     places = np.concatenate([changed[:, :2], low[new], high[new]])
-    laid = flatten(before)
+    laid = drop_unused(np.asarray(before.vertices, float), before.triangles[surface_of_triangles(before) < 0])
     if not len(places):
         return *laid, number_floating(known), before.lattice
     inner = places.min(axis=0) - INNER, places.max(axis=0) + INNER
@@ -67,22 +67,8 @@ def relay_ground(placed, known, patch_size, how):
     found[number_floating(known)] = True
     inside = ((low[rows] <= inner[1]) & (high[rows] >= inner[0])).all(axis=1)
     found[rows[inside]] = np.isin(np.flatnonzero(inside), hanging)
-    return *merge_ground(np.concatenate([old[0], vertices]), kept), np.flatnonzero(found), lattice
-
-
-def flatten(scene):
-    """Generated ground of a scene: vertices (v, 3) float64 [m] and triangles (t, 3) int64."""
-    ground = scene.triangle_surface < 0
-    for other in (scene.back_of, scene.rack_of_back):
-        ground &= True if other is None else other < 0
-    used, corners = np.unique(scene.triangles[ground], return_inverse=True)
-    return np.asarray(scene.vertices, float)[used], corners.reshape(-1, 3)
-
-
-def merge_ground(vertices, triangles):
-    """Vertices and triangles with one vertex at each place, sorted as those of `build_ground`."""
-    _, first, place = np.unique(name_cells(vertices), return_index=True, return_inverse=True)
-    return sort_by_place(vertices[first], place[triangles])
+    merged = merge_vertices(np.concatenate([old[0], vertices]), kept)
+    return *sort_by_place(*merged), np.flatnonzero(found), lattice
 
 
 def lie_in(ground, box):

@@ -29,8 +29,12 @@ def find_standing(start, end, step, slope):
         return np.zeros(0, bool)
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
     hangs = hangs_above_feet(ends, step, slope, start)
+    # The same beside whole edges: a bay above the middle of a long wall stands on nothing.
     some = np.flatnonzero(~hangs)
-    hangs[some] = hangs_above_edges(ends[some], step[some], slope[some], (start, end))
+    ends, step, slope = ends[some], step[some], slope[some]
+    for point, _, foot, distance in pass_edges(ends, start, end, NEAR):
+        rise = ends[point, 2] - foot[:, 2]
+        hangs[some[point[rise > step[point] + slope[point] * distance + COINCIDENT]]] = True
     return ~hangs.reshape(2, -1).any(axis=0)
 
 
@@ -46,32 +50,41 @@ def hangs_above_feet(points, step, slope, others):
     return hangs
 
 
-def hangs_above_edges(points, step, slope, edges):
-    """The same beside whole edges: a bay above the middle of a long wall stands on nothing."""
-    start, end = edges
-    hangs = np.zeros(len(points), bool)
-    boxes, tree = draw_boxes(start, end, NEAR), plant_tree(points)
-    for part in range(0, len(start), EDGES_AT_ONCE):
-        point, edge = find_in_boxes(tree, boxes[part : part + EDGES_AT_ONCE])
-        edge += part
-        foot, distance = foot_on_edge(points[point], start[edge], end[edge])
-        rise = points[point, 2] - foot[:, 2]
-        hangs[point[(distance <= NEAR) & (rise > step[point] + slope[point] * distance + COINCIDENT)]] = True
-    return hangs
+def pass_edges(points, start, end, within):
+    """Pairs of a point and an edge that is within a distance [m] of it in plan, of some edges at a time.
+
+    Yields
+    ------
+    point, edge : (k,) int64
+    foot : (k, 3) float64 [m]
+        The edge's nearest place in plan, at its height.
+    distance : (k,) float64 [m]
+        To it, in plan.
+    """
+    tree, span = plant_tree(points), end - start
+    boxes = [np.minimum(start, end)[:, :2] - within, np.maximum(start, end)[:, :2] + within]
+    boxes, squared = np.concatenate(boxes, axis=1), np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12)
+    for first in range(0, len(start), EDGES_AT_ONCE):
+        point, edge = find_in_boxes(tree, boxes[first : first + EDGES_AT_ONCE])
+        edge += first
+        away = points[point, :2] - start[edge, :2]
+        share = (away * span[edge, :2]).sum(axis=1) / squared[edge]
+        foot = start[edge] + np.clip(share, 0, 1)[:, None] * span[edge]
+        distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
+        near = distance <= within
+        yield point[near], edge[near], foot[near], distance[near]
 
 
 ABREAST = 0.25  # [m] feet closer together than this get the height of the higher one
-SLICE = 100_000  # feet at once, to limit memory
 
 
 @dataclass
 class FootLines:
-    """Distinct edges of the feet, and where to find them."""
+    """Distinct edges of the feet."""
 
     start: np.ndarray  # (e, 3) float64 [m]
     end: np.ndarray  # (e, 3) float64 [m]
     step: np.ndarray  # (e,) float64 [m] largest height above a neighbouring foot, of all that are the same
-    boxes: np.ndarray  # (e, 4) float64 [m] around all that is ABREAST of each in plan view: least x and y, largest
 
 
 def draw_lines(feet):
@@ -84,39 +97,13 @@ def draw_lines(feet):
     _, first, line = np.unique(pair_keys(pairs), return_index=True, return_inverse=True)
     step = np.zeros(len(first))
     np.maximum.at(step, line, feet.step)
-    start, end = start[first], end[first]
-    return FootLines(start, end, step, draw_boxes(start, end, ABREAST))
-
-
-def draw_boxes(start, end, within):
-    """Boxes around all that lies within a distance [m] of edges in plan view: (e, 4) float64 [m]."""
-    low, high = np.minimum(start[:, :2], end[:, :2]), np.maximum(start[:, :2], end[:, :2])
-    return np.column_stack([low - within, high + within])
+    return FootLines(start[first], end[first], step)
 
 
 def highest_foot(lines, places):
     """Height [m] of the highest foot edge at each place, (k, 3), leaving out edges too far above it: (k,) float64."""
-    highest, tree = places[:, 2].copy(), plant_tree(places)
-    for first in range(0, len(lines.start), SLICE):
-        place, edge = find_in_boxes(tree, lines.boxes[first : first + SLICE])
-        edge += first
-        foot, distance = foot_on_edge(places[place], lines.start[edge], lines.end[edge])
-        near = (distance <= ABREAST) & (foot[:, 2] <= places[place, 2] + lines.step[edge])
-        np.maximum.at(highest, place[near], foot[near, 2])
+    highest = places[:, 2].copy()
+    for place, edge, foot, _ in pass_edges(places, lines.start, lines.end, ABREAST):
+        low = foot[:, 2] <= places[place, 2] + lines.step[edge]
+        np.maximum.at(highest, place[low], foot[low, 2])
     return highest
-
-
-def foot_on_edge(points, start, end):
-    """Point of each edge nearest to a point in plan, at the edge's height, and how far away in plan it is.
-
-    Returns
-    -------
-    foot : (k, 3) float64 [m]
-    distance : (k,) float64 [m]
-    """
-    along = end - start
-    squared = np.maximum(along[:, 0] ** 2 + along[:, 1] ** 2, 1e-12)
-    away = points[:, :2] - start[:, :2]
-    share = (away[:, 0] * along[:, 0] + away[:, 1] * along[:, 1]) / squared
-    foot = start + np.clip(share, 0, 1)[:, None] * along
-    return foot, np.hypot(points[:, 0] - foot[:, 0], points[:, 1] - foot[:, 1])

@@ -29,10 +29,6 @@ class Terrain:
     layers: list = field(default_factory=list)  # of Layer, the finest first
     notes: list = field(default_factory=list)  # sentences for the report
 
-    def moved(self, move):
-        """The same terrain with its points transformed by a function (v, 3) -> (v, 3)."""
-        return Terrain(self.source, [Layer(move(one.points), one.triangles) for one in self.layers], self.notes)
-
 
 def measure_heights(terrain, places):
     """Height of a terrain; the highest triangle wins where several overlap.

@@ -106,18 +106,14 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
         sides = pair_keys(np.sort(edges_of(triangles), axis=1))
         missing = edges[~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)]
-        if turn:
-            missing = missing[find_hanging(vertices[triangles], feet[missing])]
+        if turn:  # those above the ground at any of their SHARES
+            ends = feet[missing]
+            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]  # (k, SHARES, 3)
+            height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(places.shape[:2])
+            missing = missing[(places[..., 2] - height > HANG).any(axis=1)]
         if turn == ROUNDS or not len(missing):
             return vertices, triangles
         feet, edges = halve(lines, feet, edges, missing)
-
-
-def find_hanging(ground, ends):
-    """Edges (k, 2, 3) above the ground (t, 3, 3) at any of their SHARES: (k,) bool."""
-    places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]
-    height = drop_on_triangles(ground, places.reshape(-1, 3)).reshape(len(ends), len(SHARES))
-    return (places[..., 2] - height > HANG).any(axis=1)
 
 
 def halve(lines, feet, edges, missing):

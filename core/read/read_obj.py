@@ -5,10 +5,9 @@ from collections import Counter
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..city.city import FileContent, Polygon, number_names
+from ..city.polygons import number_connected
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
 from .parse_obj import parse_obj, read_libraries
@@ -102,20 +101,15 @@ def _pieces(faces, vertices):
     count = np.array([len(face) for face in faces])
     owner = np.repeat(np.arange(len(faces)), count)
     corner = len(faces) + place.reshape(-1)[np.concatenate(faces).astype(np.int64)]
-    piece = _components(owner, corner, len(faces) + len(vertices))[: len(faces)]
+    piece = number_connected(owner, corner, len(faces) + len(vertices))[: len(faces)]
     full = count > 2
     if piece.max() == 0 or not full.any():
         return np.unique(piece, return_inverse=True)[1]
     below, above = _stacked([faces[k] for k in np.flatnonzero(full)], vertices, piece[full])
-    joined = _components(below, above, piece.max() + 1)[piece]
+    joined = number_connected(below, above, piece.max() + 1)[piece]
     # Pieces are numbered in the order of the file.
     _, first, number = np.unique(joined, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[number.reshape(-1)]
-
-
-def _components(one, other, size):
-    graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(size, size))
-    return connected_components(graph, directed=False)[1]
 
 
 def _stacked(faces, vertices, piece):

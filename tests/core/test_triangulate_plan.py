@@ -7,7 +7,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 from citypv.core.city.places_in_plan import COINCIDENT, merge_places
-from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
+from citypv.core.city.slope_filter import NEAR, find_standing
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
 
@@ -110,7 +110,10 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
         away = np.linalg.norm(ends[:, None, :2] - start[None, :, :2], axis=2)
         above_feet = (ends[:, None, 2] - start[None, :, 2] > step[:, None] + slope * away).any(axis=1)
         pairs = np.indices((30, 30)).reshape(2, -1)
-        foot, away = foot_on_edge(ends[pairs[0]], start[pairs[1]], end[pairs[1]])
+        along = (end - start)[pairs[1]]
+        share = ((ends[pairs[0]] - start[pairs[1]])[:, :2] * along[:, :2]).sum(axis=1) / (along[:, :2] ** 2).sum(axis=1)
+        foot = start[pairs[1]] + np.clip(share, 0, 1)[:, None] * along
+        away = np.linalg.norm((ends[pairs[0]] - foot)[:, :2], axis=1)
         rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + COINCIDENT
         hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
     assert 5 < hangs.sum() < 28
