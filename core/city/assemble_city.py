@@ -7,7 +7,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .city import City, ImportReport, number_names, starts_of
+from .city import City, ImportReport, free_name, number_names, starts_of
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
 from .polygons import clean_rings, measure_polygons
@@ -48,16 +48,16 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         raise InputError("--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
     report = ImportReport(
         files=[str(content.path) for content in contents],
-        building_count=sum(len(content.buildings) for content in contents),
         part_count=sum(content.part_count for content in contents),
         notes=[note for content in contents for note in content.notes],
     )
-    met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods())
+    tell_buildings_apart(contents, report)
+    report.building_count = sum(len(content.buildings) for content in contents)
+    met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods)
     report.lods_met = dict(sorted(met.items()))
     for content in contents:
         for reason, identifiers in content.skipped.items():
             report.skip(reason, identifiers)
-    drop_repeated_buildings(contents, report)
     report_share(0.1)
     chosen = _choose(contents, lod, report)
     report_share(0.2)
@@ -120,22 +120,35 @@ def _join_colours(contents, report):
     return colours | dict.fromkeys(doubtful)
 
 
-def drop_repeated_buildings(contents, report):
-    """Leave out a building that is identical, point by point, in an earlier file (a neighbouring tile)."""
-    seen = {}
+def tell_buildings_apart(contents, report):
+    """Leave out a building that is identical, point by point, to an earlier one, as of a neighbouring tile; others of
+    one name in a file get a number."""
+    seen = set()
     for content in contents:
-        by_building, repeated = defaultdict(list), set()
+        drawn, kept, taken, used = defaultdict(list), {}, dict.fromkeys(content.buildings, 1), set()
         for polygon in content.polygons:
-            by_building[polygon.building].append(polygon)
-        for building, polygons in by_building.items():
-            name, rings = content.buildings[building], [ring for polygon in polygons for ring in polygon.rings]
-            key = name, hash(tuple(ring.tobytes() for ring in rings))
-            if name and seen.setdefault(key, content) is not content:
-                repeated.add(building)
-                polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
-                area, _ = measure_polygons(np.concatenate(rings), starts_of(list(map(len, rings))), polygon_start)
-                report.skip("building already in an earlier file", [name], area.sum())
-        content.polygons = [polygon for polygon in content.polygons if polygon.building not in repeated]
+            drawn[polygon.building].append(polygon)
+        for building, name in enumerate(content.buildings):
+            rings = [ring for polygon in drawn[building] for ring in polygon.rings]
+            shape = hash(
+                tuple((polygon.lods, *(ring.tobytes() for ring in polygon.rings)) for polygon in drawn[building])
+            )
+            if name and (name, shape) in seen:
+                starts = starts_of([len(polygon.rings) for polygon in drawn[building]])
+                points = np.concatenate([np.empty((0, 3)), *rings])
+                area, _ = measure_polygons(points, starts_of(list(map(len, rings))), starts)
+                report.skip("building already read", [name], area.sum())
+                continue
+            seen.add((name, shape))
+            kept[building] = free_name(name, taken) if name and name in used else name
+            used.add(name)
+        again = [name for building, name in kept.items() if name != content.buildings[building]]
+        report.note(f"buildings of {content.path} have the name of an earlier one, number added", again)
+        number = {building: k for k, building in enumerate(kept)}
+        content.buildings = list(kept.values())
+        content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
+        for polygon in content.polygons:
+            polygon.building = number[polygon.building]
 
 
 def _choose(contents, wanted, report):
@@ -144,16 +157,16 @@ def _choose(contents, wanted, report):
     for content in contents:
         lods = [set() for _ in content.buildings]
         for polygon in content.polygons:
-            lods[polygon.building].update(polygon.lods())
+            lods[polygon.building].update(polygon.lods)
         choice = [choose_lod(of_building, wanted) for of_building in lods]
         for of_building, lod, name in zip(lods, choice, content.buildings, strict=True):
             if lod is None:
                 missing = f"LoD {wanted}" if of_building and wanted else "a 3D shape"
                 report.skip(f"{SHAPELESS}{missing}: casts no shadow, has no results", [name])
-        kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods()]
+        kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods]
         for polygon in kept:
-            polygon.lod, polygon.more_lods = choice[polygon.building], ()
-        kept_lods.update(polygon.lod for polygon in kept)
+            polygon.lods = (choice[polygon.building],)
+        kept_lods.update(choice[polygon.building] for polygon in kept)
         chosen += [(content, polygon) for polygon in kept]
         lost = {(polygon.building, polygon.part) for polygon in content.polygons if polygon.part}
         for building, part in sorted(lost - {(polygon.building, polygon.part) for polygon in kept}):
@@ -197,7 +210,7 @@ def _flatten(contents, chosen, crs, report):
         polygon_start=polygon_start,
         crs=crs,
         report=report,
-        lod=[polygon.lod for polygon in polygons],
+        lod=[polygon.lods[0] for polygon in polygons],
         material=[polygon.material for polygon in polygons],
     )
     for reason, indices in changed.items():
@@ -209,17 +222,16 @@ def _flatten(contents, chosen, crs, report):
 
 def _name_surfaces(polygons, building, report):
     """Unique surface ids: those of the file, else the building's with a number."""
-    taken, names, within, repeated = set(), [], Counter(), []
-    own = {polygon.surface_id for polygon in polygons}
+    used, names, within, repeated = set(), [], Counter(), []
+    taken = dict.fromkeys((polygon.surface_id for polygon in polygons), 1)
     for polygon, b in zip(polygons, building, strict=True):
         within[b] += 1
-        name = polygon.surface_id or f"{b}_{within[b]}"
-        if name in taken or (not polygon.surface_id and name in own):
-            first, k = name, 2
-            while (name := f"{first}~{k}") in taken or name in own:
-                k += 1
-            repeated.append(name)
-        taken.add(name)
+        name = polygon.surface_id
+        if not name or name in used:
+            wanted = name or f"{b}_{within[b]}"
+            name = free_name(wanted, taken)
+            repeated += [name] if name != wanted else []
+        used.add(name)
         names.append(name)
     report.repair("duplicate identifier, number appended", repeated)
     return names

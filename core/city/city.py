@@ -7,6 +7,7 @@ several.
 from array import array
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -128,6 +129,23 @@ def number_names(names):
     return np.fromiter(map(numbers.__getitem__, names), np.int64, len(names))
 
 
+def free_name(name, taken):
+    """A name, or that with a free number behind it where it is taken: str.
+
+    Parameters
+    ----------
+    name : str
+    taken : dict of str to int
+        Names that are taken, and the last number tried behind each, 1 to begin with; the new one is added.
+    """
+    free = name
+    while free in taken:
+        taken[name] += 1
+        free = f"{name}~{taken[name]}"
+    taken[free] = 1
+    return free
+
+
 def whole_of_cell(name):
     """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
     whole, mark, cell = name.rpartition("#")
@@ -142,30 +160,22 @@ class Polygon:
     building: int  # into FileContent.buildings
     part: int  # 0: the building itself, else the number of the BuildingPart in the file
     thematic: str  # WallSurface, …, or ""
-    lod: str  # "0" … "4", "2.2"
+    lods: tuple  # all it belongs to, its own first: "0" … "4", "2.2", "" in formats without
     source: str  # surface, solid or multisurface: the geometry it belongs to
     rings: list  # of (k, 3) float64, the exterior first; the first point may be repeated at the end
     line: int = 0  # in the file
     flipped: bool = False
-    more_lods: tuple = ()  # further LoDs that use it by reference
     implicit: bool = False  # instanced from a prototype in local coordinates
     material: str = ""  # name of its material, if the file gives one
-
-    def lods(self):
-        """Every LoD this polygon belongs to."""
-        return (self.lod, *self.more_lods)
 
 
 @dataclass
 class Relief:
     """Triangles of the TIN reliefs of one file, as they are read."""
 
-    corners: dict = field(default_factory=dict)  # LoD, "" where none is named -> array of 9 float64 per triangle
+    # LoD, "" where none is named -> array of 9 float64 per triangle, in the order and the units of the file:
+    corners: dict = field(default_factory=partial(defaultdict, partial(array, "d")))
     srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
-
-    def add(self, lod, numbers):
-        """Take the corners of triangles: 9 numbers each, in the order and the units of the file."""
-        self.corners.setdefault(lod, array("d")).extend(numbers)
 
     def count(self):
         """Number of triangles."""
@@ -205,7 +215,7 @@ class FileContent:
     references: list = field(default_factory=list)  # (id of a polygon or a group, Place): xlinks
     groups: dict = field(default_factory=dict)  # id -> (first, last) into polygons
     prototypes: dict = field(default_factory=dict)  # id -> polygons of a shape in local coordinates
-    instances: list = field(default_factory=list)  # (id of a prototype, anchor, place, name)
+    instances: list = field(default_factory=list)  # (id of a prototype, matrix, place, name)
     srs_names: dict = field(default_factory=dict)  # spelling -> line of its first use
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)

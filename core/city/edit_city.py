@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..settings.errors import InputError
-from .city import LISTS, append_shape, take_polygons
+from .city import LISTS, append_shape, free_name, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
@@ -113,19 +113,15 @@ def join_cities(one, other):
         if getattr(one, name) is not None or getattr(other, name) is not None
     }
     for name in ("surface_id", "building_id"):
-        lists[name][len(one) :] = rename(lists[name][len(one) :], set(lists[name][: len(one)]))
-    names = rename([tree.name for tree in other.trees], {tree.name for tree in one.trees})
+        lists[name][len(one) :] = rename(lists[name][len(one) :], lists[name][: len(one)])
+    names = rename([tree.name for tree in other.trees], [tree.name for tree in one.trees])
     added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
     trees, shape = [*one.trees, *added], append_shape(one, *other.shape)
     return replace(one, colours=other.colours | one.colours, trees=trees, **shape, **lists)
 
 
 def rename(names, taken):
-    """Names with the first free number behind those that are taken: list of str."""
-    found = {}
-    for name in dict.fromkeys(names):
-        number, found[name] = 2, name
-        while found[name] in taken:
-            found[name], number = f"{name}~{number}", number + 1
-        taken.add(found[name])
+    """Names with a free number behind those that are taken: list of str."""
+    taken = dict.fromkeys(taken, 1)
+    found = {name: free_name(name, taken) for name in dict.fromkeys(names)}
     return [found[name] for name in names]

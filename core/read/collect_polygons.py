@@ -5,7 +5,7 @@ prototype in local coordinates, instanced at many places.
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -83,20 +83,28 @@ def _walk(element, place, content):
 def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates."""
     name = _identifier(element) or f"line {element.sourceline}"
-    anchor = read_anchor(element)
+    point, matrix = next(element.iterfind("{*}referencePoint//{*}pos"), None), element.find("{*}transformationMatrix")
+    point = None if point is None else read_numbers([point])
+    matrix = np.eye(4) if matrix is None else read_numbers([matrix])
+    sound = all(
+        numbers is not None and numbers.size == count and np.isfinite(numbers).all()
+        for numbers, count in ((point, 3), (matrix, 16))
+    )
     shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
-    if place.lod is None or anchor is None or shape is None:
+    if place.lod is None or not sound or shape is None:
         content.skip("implicit geometry without a shape, a reference point or a level of detail", name)
         return
+    matrix = matrix.reshape(4, 4)
+    matrix[:3, 3] += point
     local = FileContent(content.path)
     _walk(shape, place, local)
     for drawn in shape.iterchildren("*"):
         content.prototypes[_identifier(drawn)] = local.polygons
     for reason, names in local.skipped.items():
         content.skipped.setdefault(reason, []).extend(names)
-    content.polygons += anchor.place(local.polygons)
+    content.polygons += place_prototype(local.polygons, matrix)
     if XLINK in shape.attrib:
-        content.instances.append((shape.attrib[XLINK].rpartition("#")[2], anchor, place, name))
+        content.instances.append((shape.attrib[XLINK].rpartition("#")[2], matrix, place, name))
 
 
 @lru_cache(maxsize=1024)
@@ -165,7 +173,7 @@ def _add_polygon(element, place, content):
         content.skip(problem, identifier or f"line {element.sourceline}")
         return
     rings, line = outlines + holes, element.sourceline
-    where = place.building, place.part, place.thematic, place.lod, place.source
+    where = place.building, place.part, place.thematic, (place.lod,), place.source
     content.polygons.append(Polygon(identifier, *where, rings, line, place.flipped))
 
 
@@ -201,42 +209,18 @@ def _read_ring(part, place, content):
     return numbers.reshape(-1, 3), None
 
 
-@dataclass
-class Anchor:
-    """Position, rotation and scale of one instance."""
-
-    matrix: np.ndarray  # (4, 4) float64
-    point: np.ndarray  # (3,) float64, in the units of the file
-
-    def place(self, polygons):
-        """Polygons of a prototype transformed to this instance: list of Polygon."""
-        turn, step = self.matrix[:3, :3].T, self.matrix[:3, 3]
-        return [
-            replace(one, rings=[ring @ turn + step + self.point for ring in one.rings], implicit=True)
-            for one in polygons
-        ]
-
-
-def read_anchor(element):
-    """Reference point and transformation matrix of an ImplicitGeometry.
+def place_prototype(polygons, matrix):
+    """Polygons of a prototype at the place of one instance: list of Polygon.
 
     Parameters
     ----------
-    element : lxml element
-
-    Returns
-    -------
-    Anchor or None
-        None if the point or the matrix is missing or invalid.
+    polygons : list of Polygon
+        In local coordinates.
+    matrix : (4, 4) float64
+        Rotation and scale, and in the last column the place in the units of the file.
     """
-    point = next(element.iterfind("{*}referencePoint//{*}pos"), None)
-    matrix = element.find("{*}transformationMatrix")
-    point = None if point is None else read_numbers([point])
-    matrix = np.eye(4) if matrix is None else read_numbers([matrix])
-    for numbers, count in ((point, 3), (matrix, 16)):
-        if numbers is None or numbers.size != count or not np.isfinite(numbers).all():
-            return None
-    return Anchor(matrix.reshape(4, 4), point)
+    turn, step = matrix[:3, :3].T, matrix[:3, 3]
+    return [replace(one, rings=[ring @ turn + step for ring in one.rings], implicit=True) for one in polygons]
 
 
 def resolve_references(content):
@@ -264,13 +248,13 @@ def resolve_references(content):
                 polygon.thematic, polygon.source = reference.thematic, "surface"
             if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
                 polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
-            if reference.lod not in polygon.lods():
-                polygon.more_lods = (*polygon.more_lods, reference.lod)
-    for target, anchor, place, name in content.instances:
+            if reference.lod not in polygon.lods:
+                polygon.lods += (reference.lod,)
+    for target, matrix, place, name in content.instances:
         shape = content.prototypes.get(target)
         if shape is None:
             content.skip("implicit geometry whose prototype is not in the file", name)
             continue
-        own = {"building": place.building, "part": place.part, "lod": place.lod, "more_lods": ()}
+        own = {"building": place.building, "part": place.part, "lods": (place.lod,)}
         drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
-        content.polygons += anchor.place(drawn)
+        content.polygons += place_prototype(drawn, matrix)

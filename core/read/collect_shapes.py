@@ -9,7 +9,7 @@ import numpy as np
 
 from ..city.city import Polygon
 from ..settings.errors import InputError
-from .collect_polygons import Anchor
+from .collect_polygons import place_prototype
 from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
@@ -39,11 +39,7 @@ class Shapes:
     content: object  # FileContent, polygons are appended
     vertices: np.ndarray  # (n, 3) float64, in the file's units
     templates: object  # Templates
-    remarks: dict  # remark -> names of objects
-
-    def remark(self, words, name):
-        """Add an object to the list of a remark."""
-        self.remarks.setdefault(words, []).append(name)
+    remarks: dict  # remark -> list of the names of objects
 
 
 def collect_shapes(one, owner, shapes):
@@ -123,9 +119,9 @@ def draw_geometry(geometry, owner, source, shapes):
         content.skip(str(error), owner.name)
         return []
     if not matching:
-        shapes.remark(UNSOUND, owner.name)
+        shapes.remarks[UNSOUND].append(owner.name)
     if not lod:
-        shapes.remark(NO_LOD, owner.name)
+        shapes.remarks[NO_LOD].append(owner.name)
     ids = [surface.semantics.get("id") for surface in surfaces]
     ids = [clean_name(one) if isinstance(one, str) else "" for one in ids]
     polygons, uses = [], Counter(ids)
@@ -140,7 +136,7 @@ def draw_geometry(geometry, owner, source, shapes):
         if problem:
             content.skip(problem, f"{owner.name}, LoD {lod or 'unknown'}, surface {number + 1}")
             continue
-        place = owner.building, owner.part, thematic or owner.thematic, lod, source
+        place = owner.building, owner.part, thematic or owner.thematic, (lod,), source
         polygons.append(Polygon(name if uses[name] == 1 else "", *place, rings, owner.line))
     return polygons
 
@@ -196,10 +192,10 @@ class Templates:
         -------
         list of Polygon
         """
-        number, anchor = geometry.get("template"), _read_anchor(geometry, shapes.vertices)
+        number, matrix = geometry.get("template"), _read_matrix(geometry, shapes.vertices)
         if type(number) is not int or not 0 <= number < len(self._shapes):
             fault = "instance of a template that is not in the file"
-        elif anchor is None:
+        elif matrix is None:
             fault = NO_PLACE
         else:
             if number not in self._drawn:
@@ -211,7 +207,8 @@ class Templates:
                 problem = f"its template instances have more than {MOST_PLACED:,} polygons"
                 raise InputError(self._path, problem, "split the file into tiles")
             place = {"building": owner.building, "part": owner.part, "line": owner.line, "surface_id": ""}
-            placed = anchor.place([replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn])
+            drawn = [replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn]
+            placed = place_prototype(drawn, matrix)
             if all(np.abs(ring).max(initial=0) <= LARGEST_COORDINATE for one in placed for ring in one.rings):
                 return placed
             fault = NO_PLACE
@@ -231,12 +228,14 @@ class Templates:
         return drawn, "" if drawn else f"instance of a template that cannot be used ({fault or 'it has no surfaces'})"
 
 
-def _read_anchor(geometry, vertices):
-    """Position, rotation and scale of an instance, or None."""
+def _read_matrix(geometry, vertices):
+    """Matrix of an instance, as of `place_prototype`, or None."""
     boundaries, values = geometry.get("boundaries"), geometry.get("transformationMatrix")
     if not isinstance(boundaries, list) or len(boundaries) != 1 or type(boundaries[0]) is not int:
         return None
     matrix = np.eye(4).ravel() if values is None else read_numbers(values, 16)
     if matrix is None or not 0 <= boundaries[0] < len(vertices) or (matrix[12:] != [0, 0, 0, 1]).any():
         return None
-    return Anchor(matrix.reshape(4, 4), vertices[boundaries[0]])
+    matrix = matrix.reshape(4, 4)
+    matrix[:3, 3] += vertices[boundaries[0]]
+    return matrix

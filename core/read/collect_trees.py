@@ -99,9 +99,9 @@ def finish_trees(content):
     for polygon in plants.polygons:
         drawn.setdefault(polygon.building, []).append(polygon)
     for number, tree in enumerate(content.trees):
-        own = [polygon for polygon in drawn.get(number, []) if polygon.lods() != ("0",) or tree.cover]
-        best = max((lod for polygon in own for lod in polygon.lods()), key=rank_lod, default=None)
-        tree.polygons = [polygon for polygon in own if best in polygon.lods()]
+        own = [polygon for polygon in drawn.get(number, []) if polygon.lods != ("0",) or tree.cover]
+        best = max((lod for polygon in own for lod in polygon.lods), key=rank_lod, default=None)
+        tree.polygons = [polygon for polygon in own if best in polygon.lods]
     for reason, names in plants.skipped.items():
         content.skipped.setdefault(f"of vegetation: {reason}", []).extend(names)
     plants.polygons, plants.prototypes = [], {}

@@ -15,7 +15,7 @@ import pyproj
 from pyproj.exceptions import CRSError
 from scipy import sparse
 
-from ..city.transform_crs import plane_of
+from ..city.transform_crs import full_turn, plane_of, turn_towards
 from ..settings.errors import InputError
 from .open_geotiff import Raster, open_geotiff
 from .open_input import open_input, open_text
@@ -255,6 +255,23 @@ def window_between(raster, corners):
     first = np.maximum(np.floor(places.min(axis=0)).astype(np.int64) - 1, 0)
     last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
     return (*first, *(last - first)) if (last - first > 1).all() else None
+
+
+def windows_around(raster, places):
+    """Parts of a raster around places, (k, 2) in its system: list of (column, row, width, height) and middle longitude.
+
+    One for each turn around the Earth in which longitudes may be written: two where a map of the globe begins and ends.
+    The middle is that of the last place, None without longitudes.
+    """
+    turn, found = raster.crs and full_turn(raster.crs), []
+    for count in (-1, 0, 1) if turn else (0,):
+        own, middle = places.copy(), None
+        if turn:
+            middle = places[-1, 0] + count * turn
+            own[:, 0] = turn_towards(own[:, 0], middle, turn)
+        window = window_between(raster, (own.min(axis=0), own.max(axis=0)))
+        found += [] if window is None else [(window, middle)]
+    return found
 
 
 def height_factor(raster, unit=1.0):

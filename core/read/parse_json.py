@@ -125,9 +125,7 @@ def _decode(path, data, notes):
     except UnicodeDecodeError as error:
         if not encoding.startswith("utf-8"):
             raise InputError(path, f"byte {error.start}: not valid {encoding} text", "save it as UTF-8") from error
-        words = f"{path} contains bytes that are not UTF-8; they were read as \ufffd."
-        if words not in notes:
-            notes.append(words)
+        notes.append(f"{path} contains bytes that are not UTF-8; they were read as \ufffd.")
         return data.decode("utf-8", errors="replace").removeprefix("\ufeff")
 
 

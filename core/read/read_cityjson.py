@@ -4,7 +4,9 @@ CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
 """
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from ..city.city import FileContent
@@ -61,19 +63,22 @@ def read_cityjson(path, report_share=silent):
             cure = "put the header object, of type CityJSON, on the first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
-    drop_repeated(content)
     reading.finish()
     finish_trees(content)
     return content
 
 
+@dataclass
 class _Reading:
     """State of one file while it is read."""
 
-    def __init__(self, path, content):
-        self.path, self.content = path, content
-        self.transform, self.templates, self.remarks = None, None, {}
-        self.others, self.extensions = Counter(), Counter()
+    path: Path
+    content: FileContent
+    transform: tuple | None = None
+    templates: Templates | None = None
+    remarks: dict = field(default_factory=partial(defaultdict, list))  # remark -> names of objects
+    others: Counter = field(default_factory=Counter)  # types that are no buildings
+    extensions: Counter = field(default_factory=Counter)  # types read as buildings
 
     def start(self, header, line):
         """Read version, transform, templates and coordinate reference system of a CityJSON object."""
@@ -82,17 +87,17 @@ class _Reading:
         version = header.get("version")
         text = clean_name(str(version))[:20]
         if version is None:
-            self._note(f"{self.path} gives no CityJSON version.")
+            self.content.notes.append(f"{self.path} gives no CityJSON version.")
         elif not VERSION.fullmatch(text):
             cure = "give CityJSON 1.0 to 2.0; cjio's upgrade converts older files"
             raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
         elif self.transform is None and not text.startswith("1.0"):
-            self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")
+            self.content.notes.append(f"{self.path} has no transform; its vertices were read as real coordinates.")
         for name in _srs_names(header):
             self.content.srs_names.setdefault(name, line)
         if not isinstance(header.get("metadata", {}), dict):
             named = "its coordinate reference system was read" if self.content.srs_names else "it was not used"
-            self._note(f"{self.path} has metadata that is not an object; {named}.")
+            self.content.notes.append(f"{self.path} has metadata that is not an object; {named}.")
 
     def add(self, text, line, report_share=silent):
         """Read the buildings among the objects of one JSON text."""
@@ -102,10 +107,12 @@ class _Reading:
         transform = self.transform
         if text["type"] == "CityJSONFeature" and "transform" in text:
             transform = read_transform(self.path, line, text["transform"]) or transform
-            self._note(f"{self.path} has features with their own transform; it was applied.")
+            self.content.notes.append(f"{self.path} has features with their own transform; it was applied.")
         vertices, whole = read_vertices(self.path, line, text.get("vertices"), transform)
         if transform is not None and not whole:
-            self._note(f"{self.path} has a transform, but vertices that are not integers; it was applied.")
+            self.content.notes.append(
+                f"{self.path} has a transform, but vertices that are not integers; it was applied."
+            )
         for name in getattr(objects, "names", ()):
             self.content.skip("city object whose name is used again later in the file", clean_name(name))
         self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
@@ -122,7 +129,7 @@ class _Reading:
         for name in buildings:
             if kinds[name] in ("member", "extension"):
                 words = "parts or installations have no parent building; they are read as buildings"
-                shapes.remark(words, clean_name(name))
+                shapes.remarks[words].append(clean_name(name))
         building = {name: len(content.buildings) + k for k, name in enumerate(buildings)}
         part = {name: content.part_count + k + 1 for k, name in enumerate(parts)} | {None: 0}
         content.buildings += [clean_name(name) for name in buildings]
@@ -142,13 +149,10 @@ class _Reading:
             if isinstance(one, dict):
                 one.pop("geometry", None)  # frees memory
 
-    def _note(self, words):
-        if words not in self.content.notes:
-            self.content.notes.append(words)
-
     def finish(self):
         """Write the notes, and raise an error if the file has no usable buildings."""
         content = self.content
+        content.notes = list(dict.fromkeys(content.notes))  # that of many texts once
         for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
             content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
         for kind, count in sorted(self.others.items())[:MOST_TYPES]:
@@ -166,40 +170,6 @@ class _Reading:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))
             problem = f"no building has usable geometry ({reason}: {len(names)}, for example {names[0]!r})"
             raise InputError(self.path, problem, "correct or export the file again")
-
-
-def drop_repeated(content):
-    """Drop exact duplicates of earlier buildings of a file; number other buildings of the same name.
-
-    Parameters
-    ----------
-    content : FileContent
-        Changed in place.
-    """
-    drawn, seen, names, taken = {}, {}, {}, set(content.buildings)
-    for polygon in content.polygons:
-        drawn.setdefault(polygon.building, []).append(polygon)
-    for building, name in enumerate(content.buildings):
-        own = drawn.get(building, ())
-        shape = hash(tuple((polygon.lod, *(ring.tobytes() for ring in polygon.rings)) for polygon in own))
-        earlier = seen.setdefault(name, set())
-        if shape in earlier:
-            content.skip("duplicate building in the file", name)
-            continue
-        names[building], count = name, len(earlier) + 1
-        while earlier and names[building] in taken:
-            names[building], count = f"{name}~{count}", count + 1
-        earlier.add(shape)
-        taken.add(names[building])
-    again = [name for building, name in names.items() if name != content.buildings[building]]
-    if again:
-        words = f"{content.path}: {len(again)} buildings have the name of an earlier one, number added"
-        content.notes.append(f"{words}: {again[0]}{' …' if len(again) > 1 else ''}")
-    number = {building: k for k, building in enumerate(names)}
-    content.buildings = list(names.values())
-    content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
-    for polygon in content.polygons:
-        polygon.building = number[polygon.building]
 
 
 def _srs_names(header):

@@ -8,7 +8,7 @@ import pyproj
 
 from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
 from ..settings.errors import InputError
-from .open_raster import open_raster, read_posts, window_between
+from .open_raster import open_raster, read_posts, windows_around
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
@@ -79,7 +79,7 @@ def read_heights(path, place, reach):
     with open_placed(path) as raster:
         grids = []
         for distance in (NEAR, reach):
-            windows = windows_around(raster, place, distance)
+            windows = windows_around(raster, circle_around(raster, place, distance))
             found = [_read_grid(raster, window, middle) for window, middle in windows]
             # Where nothing is averaged the far grid is as fine as the near one.
             whole = distance == reach and all(max(window[2:]) <= MOST_POSTS for window, _ in windows)
@@ -90,26 +90,13 @@ def read_heights(path, place, reach):
     return grids
 
 
-def windows_around(raster, place, distance):
-    """Parts of a raster within some distance of a place: list of (column, row, width, height) and middle longitude.
-
-    One for each turn around the Earth in which longitudes may be written: two where a map of the globe begins and ends.
-    """
-    # The circle around the place, and the place itself as the last point.
+def circle_around(raster, place, distance):
+    """Places at a distance [m] around a place, and the place itself as the last: (k, 2) in the raster's system."""
     bearing = np.arange(0, 360, 5.0)
     ones = np.ones(len(bearing))
     longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
     points = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
-    points = transform_crs(points, GLOBE, raster.crs, raster.path)
-    turn, found = full_turn(raster.crs), []
-    for count in (0,) if turn is None else (-1, 0, 1):
-        middle = None if turn is None else points[-1, 0] + count * turn
-        own = points.copy()
-        if turn is not None:
-            own[:, 0] = turn_towards(own[:, 0], middle, turn)
-        window = window_between(raster, (own.min(axis=0), own.max(axis=0)))
-        found += [] if window is None else [(window, middle)]
-    return found
+    return transform_crs(points, GLOBE, raster.crs, raster.path)
 
 
 def _read_grid(raster, window, middle):

@@ -1,7 +1,6 @@
 """Read OBJ: objects or groups as buildings, or connected parts if the file has neither."""
 
 import re
-from collections import Counter
 
 import numpy as np
 import shapely
@@ -61,7 +60,7 @@ def read_obj(path, up="z", report_share=silent):
         else:
             # OBJ never repeats the first point; an open ring would count as repaired.
             ring = parts.vertices[[*face, face[0]]]
-            polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
+            polygon = Polygon("", int(number), 0, "", ("",), "surface", [ring], line, material=material)
             content.polygons.append(polygon)
     for keyword, count in sorted(parts.left_out.items()):
         content.notes.append(f"{count} lines {keyword} of {path} left out: not polygons.")
@@ -77,14 +76,7 @@ def _buildings(parts, content):
     """Building of each polygon, (f,); names are stored in the content."""
     if len(parts.object_names) > 1:
         used, building = np.unique(parts.objects, return_inverse=True)
-        names, seen = [parts.object_names[k] for k in used], Counter()
-        for name in names:
-            seen[name] += 1
-            content.buildings.append(f"{name}~{seen[name]}" if name and seen[name] > 1 else name)
-        again = [own for own, name in zip(content.buildings, names, strict=True) if own != name]
-        if again:
-            words = f"{len(again)} objects have the name of an earlier one, number added"
-            content.notes.append(f"{words}: {again[0]} …")
+        content.buildings = [parts.object_names[k] for k in used]
     elif any(parts.groups):
         building, content.buildings = number_names(parts.groups), list(dict.fromkeys(parts.groups))
     else:

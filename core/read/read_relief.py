@@ -1,5 +1,7 @@
 """TIN reliefs: triangles of terrain from CityGML and CityJSON, in a file of buildings or in one of their own."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..city.city import Relief
@@ -17,18 +19,13 @@ BAD_TRIANGLE = "terrain surface that is not a triangle with heights"
 INSIDE = ("Building", "Bridge", "Tunnel")  # their triangles are no terrain
 
 
+@dataclass
 class GmlRelief:
-    """Collects the terrain triangles of a CityGML file while it is streamed.
+    """Collects the terrain triangles of a CityGML file while it is streamed."""
 
-    Parameters
-    ----------
-    relief : Relief
-        Grows.
-    """
-
-    def __init__(self, relief):
-        self.relief = relief
-        self.above, self.lod = self, ""  # the TINRelief of the last triangle, and its level of detail
+    relief: Relief  # grows
+    above: object = ""  # the TINRelief of the last triangle: an element of lxml, or None
+    lod: str = ""  # its level of detail
 
     def add(self, element):
         """Add a triangle; what is wrong with it, or None."""
@@ -46,7 +43,7 @@ class GmlRelief:
             return f"a triangle with {len(numbers)} numbers"
         if not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
             return f"a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
-        self.relief.add(self.lod, numbers[:9])
+        self.relief.corners[self.lod].extend(numbers[:9])
         return None
 
 
@@ -85,7 +82,7 @@ def collect_json_relief(one, name, vertices, content):
             flat = [ring for rings in rings_of for ring in rings]
             starts, points = np.cumsum([0, *map(len, rings_of)]), np.concatenate(flat)
             triangles, _ = triangulate(points, np.cumsum([0, *map(len, flat)]), starts)
-            content.relief.add(read_lod(geometry), points[triangles].ravel())
+            content.relief.corners[read_lod(geometry)].extend(points[triangles].ravel())
 
 
 def relief_layers(relief):

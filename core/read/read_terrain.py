@@ -5,11 +5,12 @@ Rasters are read fine around the city and coarse out to the horizon.
 
 import numpy as np
 
+from ..city.polygons import drop_unused
 from ..city.terrain import HORIZON, Layer, Terrain
-from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
+from ..city.transform_crs import UNITS, plane_of, transform_crs
 from ..settings.errors import InputError
 from .open_input import open_input, suffix_of
-from .open_raster import HIGHEST, LOWEST, open_raster, read_posts, window_between
+from .open_raster import HIGHEST, LOWEST, open_raster, read_posts, windows_around
 from .parse_obj import parse_obj
 from .read_relief import place_layer, read_relief
 
@@ -112,30 +113,22 @@ def read_raster(path, city, unit, notes):
             raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
         _note_missing(raster.crs and f"that of {path}", city.crs, path, notes)
         for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
-            window = window_between(raster, _rectangle(reach, raster, city, unit))
-            if window is not None and window[2] * window[3] > MOST_POSTS:
-                problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
-                raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
-            if window is not None:
+            for window, _ in windows_around(raster, _rectangle(reach, raster, city, unit)):
+                if window[2] * window[3] > MOST_POSTS:
+                    problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
+                    raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
                 told = notes if not layers else []
                 layers.append(_read_layer(raster, window, posts, told, (city.crs, unit)))
     return [layer for layer in layers if len(layer.triangles)]
 
 
 def _rectangle(reach, raster, city, unit):
-    """Bounding box, in the raster's system, of the city and what lies within reach of it."""
+    """Places in a rectangle around the city and what lies within reach of it: (81, 2) in the raster's system."""
     low, high = city.points.min(axis=0)[:2] - reach, city.points.max(axis=0)[:2] + reach
     share, unit = np.linspace(0, 1, 9), _common_unit(raster, city.crs, unit)
     x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
     places = np.column_stack([x.ravel(), y.ravel()])
-    if unit is not None:
-        places = places / unit
-    else:
-        places, turn = transform_crs(places, city.crs, raster.crs, raster.path), full_turn(raster.crs)
-        if turn is not None:  # a map may go on beyond 180°
-            middle = raster.matrix[0] @ (raster.width / 2, raster.height / 2, 1)
-            places[:, 0] = turn_towards(places[:, 0], turn_towards(places[0, 0], middle, turn), turn)
-    return places.min(axis=0), places.max(axis=0)
+    return places / unit if unit is not None else transform_crs(places, city.crs, raster.crs, raster.path)
 
 
 def _common_unit(raster, crs, unit):
@@ -173,6 +166,4 @@ def _triangulate(places, heights):
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     triangles = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))])
     whole = np.isfinite(heights.ravel()[triangles]).all(axis=1)
-    used, index = np.unique(triangles[whole], return_inverse=True)
-    points = np.column_stack([places, heights.ravel()])[used]
-    return Layer(points, index.reshape(-1, 3))
+    return Layer(*drop_unused(np.column_stack([places, heights.ravel()]), triangles[whole]))

@@ -150,7 +150,7 @@ def _add_tree(content, name, item, matrix):
     if not (np.abs(np.concatenate(rings)) <= LARGEST_COORDINATE).all():  # also true for NaN
         content.skip("tree with coordinates that are not finite or beyond the Earth", name)
         return
-    tree.polygons += [Polygon("", 0, 0, "", "", "surface", [ring]) for ring in rings]
+    tree.polygons += [Polygon("", 0, 0, "", ("",), "surface", [ring]) for ring in rings]
     content.trees.append(tree)
 
 
@@ -164,7 +164,7 @@ def _add_building(content, building, item, matrix, ids):
             content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
             continue
         name, number = ids[face] if ids else f"{building}/{face}", len(content.buildings) - 1
-        content.polygons.append(Polygon(name, number, 0, "", "", "surface", rings, face, material=material))
+        content.polygons.append(Polygon(name, number, 0, "", ("",), "surface", rings, face, material=material))
 
 
 def _read_rings(mesh, matrix):

@@ -171,7 +171,7 @@ def test_a_feature_with_templates_of_the_head(tmp_path):
 def test_features_of_one_name(tmp_path):
     again = read_lines(tmp_path, head(), feature("a"), feature("b", 1), feature("a"), feature("b", 2))
     assert again.building_id == ["a"] * 6 + ["b"] * 6 + ["b~2"] * 6
-    assert again.report.skipped == {"duplicate building in the file": ["a"]}
+    assert again.report.skipped == {"building already read": ["a"]}
     assert any("number added: b~2" in note for note in again.report.notes)
 
 
