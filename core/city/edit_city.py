@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def edit_city(city, change, convergence=0.0):
         points[above_foot(city, points, np.flatnonzero(buildings[polygon] == name)), 2] += rise
     shifts = {}
     for name, (east, north) in change.moved.items():
-        shifts[name] = turn_to_true_north(np.array([[east, north, 0.0]]), -convergence)[0]
+        shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)
         points[buildings[polygon] == name] += shifts[name]
     moved = [move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree for tree in city.trees]
     left = replace(city, points=points, trees=[tree for tree in moved if tree.name not in change.removed])
@@ -79,10 +80,7 @@ def above_foot(city, points, rows):
 
 def place_local(city, site, crs):
     """A city in metres from a site's origin, true east and north, in the system of its files: City."""
-
-    def move(points):
-        return bring_to_grid(np.atleast_2d(points), site).reshape(points.shape)
-
+    move = partial(bring_to_grid, site=site)
     trees = [move_tree(tree, move) for tree in city.trees]
     return replace(city, points=move(city.points), trees=trees, crs=crs)
 

@@ -20,6 +20,7 @@ from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import report_part, silent
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import find_ground
+from .join_sheets import look
 from .known_polygons import boxes_of_surfaces, match_surfaces
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
@@ -200,22 +201,17 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share
     sky : (r,) int64
         Number that reaches the sky, directly or after hops.
     """
-    backs, sky = np.zeros((2, len(rows)), np.int64)
     u, v, w, x = additive_recurrence(count, 4).T
     keys = np.arange(1, count + 1).astype(np.uint64) * GOLDEN
     onward = [cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T) for hop in range(hops - 1)]
     rays = np.array(barycentric_of_square(u, v)), np.array([cosine_direction(w, x), *onward])
     threads = usable_threads()
     step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
-
-    def follow(begin):
-        some = slice(begin, begin + step)
-        backs[some], sky[some] = follow_some(faces, rows[some], side, rays, sheet)
-
-    tasks = range(0, len(rows), step)
-    for done, _ in enumerate(map_in_order(follow, tasks, threads), 1):
-        report_share(done / len(tasks))
-    return backs, sky
+    tasks, found = [rows[first : first + step] for first in range(0, len(rows), step)], [np.zeros((2, 0), np.int64)]
+    for part in map_in_order(lambda some: follow_some(faces, some, side, rays, sheet), tasks, threads):
+        found.append(part)
+        report_share((len(found) - 1) / len(tasks))
+    return np.concatenate(found, axis=1)
 
 
 def follow_some(faces, rows, side, rays, sheet):
@@ -305,10 +301,7 @@ def look_straight(faces, rows, side, reach):
         weights = barycentric_of_square(*np.tile(points.T, len(owner) // PERPENDICULAR))
         ahead = np.zeros(len(owner)), np.zeros(len(owner)), np.ones(len(owner))
         origins, directions = leave_faces(faces, owner, weights, np.full(len(owner), float(side)), ahead)
-        hit = faces.ray_scene.trace_closest(origins, directions)
-        normal, corner = faces.normal[hit], faces.vertices[faces.triangles[hit, 0]]
-        along, away = (directions * normal).sum(axis=1), ((corner - origins) * normal).sum(axis=1)
-        distance = np.divide(away, along, out=np.full(len(hit), np.inf), where=along < 0)
-        near = (hit >= 0) & (distance < reach)
+        seen = look(faces.vertices, faces.triangles, origins, directions, ray_scene=faces.ray_scene)
+        near = seen.front & (seen.distance < reach)
         found[first : first + step] = near.reshape(-1, PERPENDICULAR).mean(axis=1)
     return found

@@ -85,10 +85,11 @@ def look_at_rims(vertices, triangles, sheet):
     return Rim(place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count))
 
 
-def look(vertices, triangles, origins, directions):
-    """What rays, (m, 3) float64, meet first: Seen."""
+def look(vertices, triangles, origins, directions, *, ray_scene=None):
+    """What rays, (m, 3) float, meet first: Seen. `ray_scene` is that of the triangles, if it is known."""
     directions = np.broadcast_to(directions, origins.shape)
-    hit = RayScene(vertices, triangles).trace_closest(origins.astype(np.float32), directions.astype(np.float32))
+    ray_scene = ray_scene or RayScene(vertices, triangles)
+    hit = ray_scene.trace_closest(origins.astype(np.float32), directions.astype(np.float32))
     distance, front, met = np.full(len(hit), np.inf), np.zeros(len(hit), bool), hit >= 0
     faces = triangles[hit[met]]
     normal = normals_of(vertices, faces)

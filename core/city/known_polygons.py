@@ -81,11 +81,9 @@ def near_lost(known, shape, within):
     """Polygons no further than a distance [m] from the box around all that an edit took away or cut anew: (n,) bool."""
     before, (points, *starts) = known.before, shape
     corners = before.vertices[before.triangles[lost_triangles(before, known.place)]].reshape(-1, 3)
-    near = np.full(len(known.place), len(corners) > 0)
-    for axis in range(3) if len(corners) else ():
-        low, high = polygon_bounds(points[:, axis], *starts)
-        near &= (low <= corners[:, axis].max() + within) & (high >= corners[:, axis].min() - within)
-    return near
+    low, high = polygon_bounds(points, *starts)
+    least, most = corners.min(axis=0, initial=np.inf) - within, corners.max(axis=0, initial=-np.inf) + within
+    return ((low <= most) & (high >= least)).all(axis=1)
 
 
 def lost_triangles(before, place):

@@ -1,6 +1,7 @@
 """Lay ground under a city: terrain given by the user, terrain of its own files, a surface through its feet, or none."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
             return replace(scene, terrain_laid=True), feet.hanging
         notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
     own = find_ground(scene)
-    known = height_of_own_ground(scene, own)
+    known = partial(height_of_own_ground, scene, own)
     if ground == "none":
         # No ground is laid under footprints all of whose corners lie over the model's own.
         city, points = placed.city, placed.points
@@ -87,21 +88,15 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
     return join_ground(scene, vertices, triangles), floating
 
 
-def height_of_own_ground(scene, ground):
-    """Height of the model's own surfaces below a place, `ground`, (t,) bool, among them, as a function for
-    `find_floating`."""
+def height_of_own_ground(scene, ground, places, thin):
+    """Height of the model's own surfaces below places, `ground`, (t,) bool, among them, as for `find_floating`."""
     upward = upward_areas(scene.vertices, scene.triangles) > 0
-    ground, highest = ground & upward, scene.vertices[:, 2].max() + 1
-
-    def ground_height(places, thin):
-        height = np.full(len(places), -np.inf)
-        for chosen, faces, start in ((~thin, ground, highest), (thin, upward, places[:, 2] + SLACK)):
-            if chosen.any() and faces.any():
-                from_above = np.broadcast_to(start, len(places))[chosen]
-                height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
-        return np.where(height > -np.inf, height, np.nan)
-
-    return ground_height
+    height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
+    for chosen, faces, start in ((~thin, ground & upward, highest), (thin, upward, places[:, 2] + SLACK)):
+        if chosen.any() and faces.any():
+            from_above = np.broadcast_to(start, len(places))[chosen]
+            height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
+    return np.where(height > -np.inf, height, np.nan)
 
 
 def join_ground(scene, vertices, triangles, hidden=False):

@@ -127,9 +127,9 @@ def turn_to_true_north(points, convergence):
 
     Parameters
     ----------
-    points : array, (m, 3) float64 [m]
+    points : array, (…, 3) float64 [m]
     convergence : float [°]
     """
     sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
-    x, y = points[:, 0], points[:, 1]
-    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, points[:, 2]])
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    return np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=-1)

@@ -214,15 +214,6 @@ def orient_racks(tilt, azimuth, sectors):
     return classify(np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors)[1]
 
 
-def join_surfaces(first, second):
-    """Surfaces of both, in this order."""
-    joined = {}
-    for name, one in vars(first).items():
-        other = getattr(second, name)
-        joined[name] = np.concatenate([one, other]) if isinstance(one, np.ndarray) else one and [*one, *other]
-    return Surfaces(**joined)
-
-
 def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     """The scene with the slabs of rows; undersides and edges belong to no surface, and receive nothing if black."""
     count = len(fronts)
@@ -241,10 +232,14 @@ def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
         closure=back & (back_albedo == 0),
         rack_of_back=np.where(back, owner, -1),
     )
+    surfaces = {}
+    for name, own in vars(scene.surfaces).items():
+        more = getattr(rows, name)
+        surfaces[name] = np.concatenate([own, more]) if isinstance(own, np.ndarray) else own and [*own, *more]
     return replace(
         scene,
         vertices=np.concatenate([scene.vertices, vertices]),
-        surfaces=join_surfaces(scene.surfaces, rows),
+        surfaces=Surfaces(**surfaces),
         racks=fronts,
         back_albedo=back_albedo,
     )

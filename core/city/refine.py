@@ -81,15 +81,15 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     surface = parent if surface is None else np.asarray(surface)
     thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
     while True:
-        measures = measure_triangles(vertices, triangles)
-        long, elongated = find_long_edges(measures, patch_size[parent])
+        length, height = measures = measure_triangles(vertices, triangles)
+        long = length > (1 + TIE) * patch_size[parent, None]
+        elongated = long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
         new = np.unique(surface[parent[elongated]])
         if not thin[new].all():
             fresh = np.isin(np.arange(len(thin)), new) & ~thin
             thin |= fresh
             triangles = flip_edges(vertices, triangles, surface[parent], fresh[surface[parent]])
-            measures = measure_triangles(vertices, triangles)
-            long, _ = find_long_edges(measures, patch_size[parent])
+            continue
         if not long.any():
             break
         rows = thin[surface[parent]]
@@ -130,13 +130,6 @@ def measure_triangles(vertices, triangles):
     length = np.column_stack([np.linalg.norm(along, axis=1) for along in (b - a, c - b, a - c)])
     longest, doubled = length.max(axis=1, initial=0), np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
-
-
-def find_long_edges(measures, patch_size):
-    """Edges that are too long (t, 3), and elongated triangles that have one (t,), from their lengths and heights."""
-    length, height = measures
-    long = length > (1 + TIE) * patch_size[:, None]
-    return long, long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
 
 
 def count_parts(measures, patch_size):

@@ -39,9 +39,7 @@ def relay_ground(placed, known, patch_size, how):
         return None
     changed = corners_of(before, lost_triangles(before, known.same)).reshape(-1, 3)
     city, points = placed.city, placed.points
-    shape = city.ring_start, city.polygon_start
-    bounds = [polygon_bounds(points[:, axis], *shape) for axis in (0, 1)]
-    low, high = (np.stack(part, axis=1) for part in zip(*bounds, strict=True))
+    low, high = polygon_bounds(points[:, :2], city.ring_start, city.polygon_start)
     new = known.same < 0
     places = np.concatenate([changed[:, :2], low[new], high[new]])
     laid = drop_unused(np.asarray(before.vertices, float), before.triangles[surface_of_triangles(before) < 0])

@@ -41,15 +41,7 @@ def open_netcdf(path, **options):
         raise InputError(path, "is NetCDF in the format CDF-5, which is not read", f"type: nccopy -k nc4 {path} new.nc")
     if start in CLASSIC:
         return xarray.open_dataset(path, engine="scipy", **options)
-    check_compression(path)
-    return xarray.open_dataset(path, engine=ENGINE, **options)
-
-
-def check_compression(path):
-    """Raise an error if a variable is compressed by a method that HDF5 does not have by itself.
-
-    Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard, Blosc, bzip2 and others.
-    """
+    # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard, Blosc, bzip2, others.
     if importlib.util.find_spec("hdf5plugin") is not None:
         import hdf5plugin  # noqa: F401, its import makes its methods known
     with h5py.File(path) as file:
@@ -60,3 +52,4 @@ def check_compression(path):
     if missing:
         problem = f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
         raise InputError(path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc")
+    return xarray.open_dataset(path, engine=ENGINE, **options)

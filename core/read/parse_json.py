@@ -65,7 +65,12 @@ def iterate_json(path, notes, report_share=silent):
     part = READ
     with open_input(path, lambda share: report_share(part * share)) as stream:
         first = _read(path, stream, lines=True)
-        alone = _decode_alone(path, first, notes)
+        # The text on the first line, if that line is exactly one text.
+        text = _decode(path, first, notes).strip() if json.detect_encoding(first[:4]).startswith("utf-8") else ""
+        try:
+            alone = DECODER.decode(text) if text.endswith("}") else None
+        except (ValueError, RecursionError):
+            alone = None  # told with line and column when the whole file is read
         if alone is None:
             yield from _iterate_texts(path, _decode(path, _read(path, stream, before=first), notes))
             return
@@ -105,17 +110,6 @@ def _read(path, stream, before=b"", lines=False):
             break
         pieces.append(read(CHUNK))
     return b"".join(pieces)
-
-
-def _decode_alone(path, line, notes):
-    """The JSON text on the first line, or None if that line is not exactly one text."""
-    if not json.detect_encoding(line[:4]).startswith("utf-8"):
-        return None
-    text = _decode(path, line, notes).strip()
-    try:
-        return DECODER.decode(text) if text.endswith("}") else None
-    except (ValueError, RecursionError):
-        return None  # reported with line and column when the whole file is read
 
 
 def _decode(path, data, notes):

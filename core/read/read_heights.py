@@ -78,8 +78,13 @@ def read_heights(path, place, reach):
     """
     with open_placed(path) as raster:
         grids = []
+        bearing = np.arange(0, 360, 5.0)
+        ones = np.ones(len(bearing))
         for distance in (NEAR, reach):
-            windows = windows_around(raster, circle_around(raster, place, distance))
+            # The circle around the place, and the place itself as the last point.
+            ends = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
+            points = np.append(np.column_stack(ends[:2]), [place[::-1]], axis=0)
+            windows = windows_around(raster, transform_crs(points, GLOBE, raster.crs, path))
             found = [_read_grid(raster, window, middle) for window, middle in windows]
             # Where nothing is averaged the far grid is as fine as the near one.
             whole = distance == reach and all(max(window[2:]) <= MOST_POSTS for window, _ in windows)
@@ -88,15 +93,6 @@ def read_heights(path, place, reach):
         problem = f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(path, problem, "give a raster that covers the site and up to 50 km around it")
     return grids
-
-
-def circle_around(raster, place, distance):
-    """Places at a distance [m] around a place, and the place itself as the last: (k, 2) in the raster's system."""
-    bearing = np.arange(0, 360, 5.0)
-    ones = np.ones(len(bearing))
-    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
-    points = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
-    return transform_crs(points, GLOBE, raster.crs, raster.path)
 
 
 def _read_grid(raster, window, middle):
