@@ -6,16 +6,10 @@ from pathlib import PurePath
 from ..city.assemble_city import SHAPELESS
 from ..energy.counted_area import GROUND
 from ..settings.errors import count_of, show_number
-from ..settings.request import declared_settings, option_of
-from ..settings.system_settings import SECTORS
+from ..settings.request import SKIES, declared_settings, option_of
+from ..settings.system_settings import HIDDEN_WALLS, MOUNTINGS, SECTORS
+from .read_results import WORDS
 
-MOUNTINGS = {
-    "auto": "near walls and pitched roofs, little air behind the modules; on open racks on flat roofs",
-    "open-rack": "on open racks, air behind the modules",
-    "insulated-back": "on an insulated wall or roof, no air behind the modules",
-    "close-mount": "close to the roof, little air behind the modules",
-}
-SKIES = {"isotropic": "equally bright all over (isotropic)", "perez": "brighter around the sun (Perez)"}
 WAYS = {
     "hourly": "every hour of the year",
     "days": "{} days spread over the year",
@@ -27,19 +21,8 @@ LIGHT = (
     "of direct light on a plane that tracks the sun (DNI)"
 )
 METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
-HIDDEN = {"count": "counted with zero light"}
 NO_LOSSES = "not counted: hours and energy are those of direct current (DC)"
 HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
-KINDS = {
-    "facade": "Facades (upright within 1°)",
-    "roof": "Pitched roofs (15° to 60°)",
-    "flat": "Flat roofs (below 15°)",
-    "steep": "Steep roofs (above 60°)",
-    "downward": "Facing down",
-    "ground": "Ground",
-    "rack": "Racks on flat roofs",
-}
-
 USABLE = 0.6  # of facades with windows, as an example
 WORTH_NAMING = 0.01  # share of walls and roofs
 SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
@@ -79,7 +62,7 @@ def describe_input(summary):
         rows.append(("Place", f"{place}, altitude {site['altitude']:.0f} m"))
     rows.append(("Coordinate reference system", site.get("crs") or "none named"))
     rows += [
-        (KINDS.get(kind, kind), f"{one['count']:,}, {one['area']:,.0f} m²")
+        ("".join(WORDS[kind][1:]), f"{one['count']:,}, {one['area']:,.0f} m²")
         for kind, one in sorted((read.get("kinds") or {}).items())
     ]
     for one in read.get("findings") or []:
@@ -116,7 +99,7 @@ def describe_assumptions(summary):
         ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
         ("Azimuths that count", SECTORS[settings["sectors"]]),
-        ("Walls that a neighbour covers", HIDDEN.get(settings["hidden_walls"], "left out")),
+        ("Walls that a neighbour covers", HIDDEN_WALLS[settings["hidden_walls"]]),
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))

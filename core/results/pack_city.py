@@ -16,7 +16,7 @@ from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
-from .read_results import MONTHS, REASONS, explain_faces, in_order, kind_title, select_mounted
+from .read_results import MONTHS, REASONS, WORDS, explain_faces, in_order, select_mounted
 
 COLOUR_MAP = "viridis"
 GROUND_STEPS = 40  # of the ground's heights along each side
@@ -24,15 +24,6 @@ MARGIN = 0.04  # of the city's size, by which the ground is larger
 BELOW = 0.2  # [m] of the ground below the feet of buildings
 FOOT = 1.0  # [m] above the lowest corner of a building that its feet may lie
 NEAREST = 12  # feet that a height of the ground follows, the nearer the more
-SINGLE = {
-    "facade": "Facade",
-    "roof": "Pitched roof",
-    "rack": "Rack on a flat roof",
-    "flat": "Flat roof",
-    "steep": "Steep roof",
-    "downward": "Underside",
-    "ground": "Ground",
-}
 FLAT = "modules lie flat; not among the totals of the city"
 
 
@@ -86,7 +77,7 @@ def pack_city(results, change=None):
 def describe_view(kinds, sides, layers):
     """What the page must know to show any surface: dict."""
     return {
-        "kinds": [{"name": name, "single": SINGLE.get(name, name), "many": kind_title(name)} for name in kinds],
+        "kinds": [{"name": name, "single": WORDS[name][0], "many": WORDS[name][1]} for name in kinds],
         "sides": sides,
         "reasons": ["", FLAT, *REASONS.values()],
         "months": MONTHS,

@@ -35,12 +35,14 @@ SECTIONS = {  # of summary.json, and what must stand in each
 PLACE = ("latitude", "longitude")
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-TITLES = {
-    "facade": "Facades",
-    "roof": "Pitched roofs",
-    "steep": "Steep roofs",
-    "rack": "Racks on flat roofs",
-    "flat": "Flat roofs",
+WORDS = {  # kind -> one, several, what bounds it
+    "facade": ("Facade", "Facades", " (upright within 1°)"),
+    "roof": ("Pitched roof", "Pitched roofs", " (15° to 60°)"),
+    "flat": ("Flat roof", "Flat roofs", " (below 15°)"),
+    "steep": ("Steep roof", "Steep roofs", " (above 60°)"),
+    "downward": ("Underside", "Undersides", ""),
+    "ground": ("Ground", "Ground", ""),
+    "rack": ("Rack on a flat roof", "Racks on flat roofs", ""),
 }
 REASONS = {  # of surfaces that do not count, the first that holds
     "ground": "it is ground",
@@ -291,4 +293,4 @@ def tabulate_histograms(mounted):
 
 def kind_title(kind):
     """Heading of a kind of surfaces."""
-    return TITLES.get(kind, kind.capitalize())
+    return WORDS[kind][1]

@@ -32,9 +32,9 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     buildings : pandas.DataFrame
         Of `core.results.write_buildings.sum_buildings`.
     """
-    from ...core.results.read_results import TITLES
+    from ...core.results.read_results import kind_title
 
-    totals = {"All": whole} | {TITLES[kind]: one for kind, one in whole["kinds"].items()}
+    totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}
     item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
     rows = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
