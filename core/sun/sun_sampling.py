@@ -19,7 +19,7 @@ from .solar_position import (
     sun_direction,
 )
 from .suns import Suns, TimeAxis, check_suns
-from .typical_days import match_typical_days, typical_day_suns
+from .typical_days import typical_day_suns
 
 SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
 CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
@@ -63,9 +63,8 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
     days = len(times) * interval // DAY
     if count > days:
         raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
-    if name == "typical-days":
-        return typical_day_suns(*year, count=count)
-    return weigh_by_year(days_of_year_suns(*year, count=count), *year, position=position)
+    suns_of_days = typical_day_suns if name == "typical-days" else days_of_year_suns
+    return weigh_by_year(suns_of_days(*year, count=count), *year, position=position)
 
 
 def parse_sampling(sampling):
@@ -128,9 +127,9 @@ class SunMatch:
 def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None):
     """Which traced suns represent each interval of a time axis.
 
-    Hourly: the nearest sun, which is the interval's own on the traced axis. Days: the suns of the days before and
-    after, weighted. Typical days: a sun of the typical day that is nearest to the interval's day. Sky grid: the three
-    directions around the sun, weighted. Year and place may differ from those of tracing.
+    Hourly and typical days: the nearest sun, which of hourly ones is the interval's own on the traced axis. Days: the
+    suns of the days before and after, weighted. Sky grid: the three directions around the sun, weighted. Year and place
+    may differ from those of tracing.
 
     Parameters
     ----------
@@ -164,17 +163,12 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
         raise InputError("suns", problem, "trace again for this year and place")
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
-    day, name = solar_days(times, interval, longitude)[0][up], suns.sampling.partition(":")[0]
-    if name == "sky-grid":
+    if suns.sampling.startswith("sky-grid"):
         found, share = match_triangles(triangulate_sky(suns), direction)
-    elif name == "days":
-        found, share = match_days_of_year(suns, direction, day)
+    elif suns.sampling.startswith("days"):
+        found, share = match_days_of_year(suns, direction, solar_days(times, interval, longitude)[0][up])
     else:
-        near = KDTree(suns.direction).query(direction)[1]
-        if name == "typical-days":  # whose lowest suns stand too high for those that are never traced
-            high = direction[:, 2] >= np.sin(np.radians(MINIMUM_ELEVATION))
-            near[high] = match_typical_days(suns, direction[high], day[high])
-        found, share = near[:, None], np.ones((len(near), 1))
+        found, share = KDTree(suns.direction).query(direction)[1][:, None], np.ones((len(direction), 1))
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[up], weight[up] = found, share

@@ -7,7 +7,6 @@ from threadpoolctl import threadpool_limits
 from .solar_position import DAY, is_sunny, solar_position, sun_direction, whole_solar_days
 from .suns import Suns
 
-NEAR = np.cos(np.radians(15.0))  # motion of the sun in one hour
 RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
 SEED = 0  # of these centres, fixed: two runs differ by tracing alone
 
@@ -37,7 +36,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count):
     Returns
     -------
     Suns
-        Sampling "typical-days:N"; `weight` is the share of the sunny intervals that are matched to each sun.
+        Sampling "typical-days:N", not weighted yet.
     """
     axis = whole_solar_days(times, interval, longitude)
     steps = DAY // interval
@@ -46,20 +45,11 @@ def typical_day_suns(times, interval, latitude, longitude, *, count):
     member = np.repeat(cluster_days(sun, steps, count), steps)
     step = np.tile(np.arange(steps), len(axis) // steps)
     direction = sun_direction(sun["apparent_zenith"], sun["solar_azimuth"])
-    # Sum the members' directions at each step of each typical day, and keep the steps with any sun.
-    key = member * steps + step
-    total = np.zeros((count * steps, 3))
-    np.add.at(total, key[sunny], direction[sunny])
-    used = np.flatnonzero(np.bincount(key[sunny], minlength=count * steps))
-    mean = total[used] / np.linalg.norm(total[used], axis=1, keepdims=True)
-    day, step = (used // steps).astype(np.int32), (used % steps).astype(np.int32)
-    suns = Suns(f"typical-days:{count}", mean, np.zeros(len(used)), day, step)
-    if not sunny.any():
-        return suns
-    matched = match_typical_days(suns, direction[sunny], np.repeat(np.arange(len(axis) // steps), steps)[sunny])
-    share = np.bincount(matched, minlength=len(suns)) / len(matched)
-    kept = share > 0
-    return Suns(suns.sampling, mean[kept], share[kept], day[kept], step[kept])
+    # Sum the members' directions at each step of each typical day that has any sun.
+    total = pd.DataFrame(direction[sunny]).groupby((member * steps + step)[sunny]).sum()
+    mean = total.to_numpy() / np.linalg.norm(total, axis=1, keepdims=True)
+    day, step = np.divmod(total.index.to_numpy(np.int32), np.int32(steps))
+    return Suns(f"typical-days:{count}", mean, np.full(len(mean), 1.0 / max(len(mean), 1)), day, step)
 
 
 def cluster_days(sun, steps, count):
@@ -88,42 +78,3 @@ def cluster_days(sun, steps, count):
     with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
         result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)
     return np.asarray(result.cluster_assignments)
-
-
-def match_typical_days(suns, direction, day):
-    """The traced sun that represents each sunny interval.
-
-    Each solar day is assigned the typical day with the smallest mean angle between its suns and those of the day; each
-    interval the nearest sun of that typical day, or, if that is more than 15° away, the nearest of all suns.
-
-    Parameters
-    ----------
-    suns : Suns
-        Suns of typical days.
-    direction : numpy.ndarray, (t, 3)
-        Towards the suns of the sunny intervals.
-    day : numpy.ndarray, (t,) int
-        Solar day of each interval.
-
-    Returns
-    -------
-    numpy.ndarray, (t,) int64
-        Index into the suns.
-    """
-    typical = np.unique(suns.day)
-    nearest = np.empty((len(direction), len(typical)), np.int64)
-    cosine = np.empty((len(direction), len(typical)))
-    for column, own in enumerate(typical):
-        members = np.flatnonzero(suns.day == own)
-        projection = direction @ suns.direction[members].T
-        place = projection.argmax(axis=1)
-        nearest[:, column] = members[place]
-        cosine[:, column] = projection[np.arange(len(direction)), place]
-    # Sum the angles over each day and choose the typical day with the least.
-    _, number = np.unique(day, return_inverse=True)
-    angles = np.zeros((number.max(initial=-1) + 1, len(typical)))
-    np.add.at(angles, number, np.arccos(np.clip(cosine, -1.0, 1.0)))
-    row = np.arange(len(direction))
-    chosen = angles.argmin(axis=1)[number]
-    chosen = np.where(cosine[row, chosen] < NEAR, cosine.argmax(axis=1), chosen)
-    return nearest[row, chosen]
