@@ -14,16 +14,12 @@ from .closed_form import find_unobstructed
 from .effect import Effect
 
 SKY, SHADOW = "sky-rays", "shadow-rays"
-WORDS = {  # where rays go, and what it means that there are none
-    SKY: ("", "no rays: no surface is seen"),
-    SHADOW: (" to the suns", "no rays: no shadow is cast"),
-}
 
 
 def decide_rays(inputs, key):
     """Rays to the sky or to the suns: on where something can stand in the way of them."""
     plan, count, asked = inputs.plan, len(inputs.patches), inputs.asked(key)
-    forward, (to, off) = inputs.request.estimator == "forward", WORDS[key]
+    forward = inputs.request.estimator == "forward"
     if asked is not None or forward:
         free = np.full(count, not (asked or forward))
     elif key == SKY or inputs.asked(SKY) is not None:
@@ -33,13 +29,14 @@ def decide_rays(inputs, key):
     else:
         free = plan.unobstructed
     if key == SKY:
-        plan.unobstructed = free
+        plan.unobstructed, to, seen = free, "", "surface is seen"
     else:
         plan.open_to_suns, plan.suns_behind = free, bool(asked) and not forward
+        to, seen = " to the suns", "shadow is cast"
     if forward:
         return Effect(key, True, "photons on all patches", "the forward estimator follows light from its source", 0.0)
     if asked is False:
-        return Effect(key, False, off, "switched off", None)
+        return Effect(key, False, f"no rays: no {seen}", "switched off", None)
     some = int(count - free.sum())
     front = "nothing stands in front of the others" if some < count else "something stands in front of each of them"
     reason = "switched on" if asked else front if some else "nothing stands in front of any patch"
