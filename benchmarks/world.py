@@ -12,6 +12,7 @@ climate (off land the clear sky), with the sky of --sky and the default settings
 import argparse
 import tempfile
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,10 +24,10 @@ from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
+from citypv.core.weather.read_era5 import open_era5_grid
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, read_environments
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.read_era5_grid import open_era5_grid
 from citypv.core.world.sources import Places, grid_places, grid_source, model_source
 
 ERA5 = Path(__file__).parent.parent / "examples" / "berlin" / "era5_berlin_2017.nc"
@@ -122,8 +123,8 @@ def print_reading():
                 wide[list(VARIABLES[2:])] *= noise  # of all but radiation, which is checked against the sun
                 settings = {"zlib": True, "complevel": 1, "shuffle": True, "chunksizes": chunks}
                 wide.to_netcdf(path, engine="h5netcdf", encoding=dict.fromkeys(wide, settings))
-            grid = open_era5_grid([path])
-            with grid.stack:
+            with ExitStack() as stack:
+                grid = open_era5_grid([path], stack)
                 places = grid_places(grid.latitude, grid.longitude)
                 source = grid_source(grid, places, (np.arange(len(north)), np.arange(len(east))), Request())
                 print(f"{title}: {time_reading(source):.4f} s per point, {path.stat().st_size / 256e3:,.0f} kB each")

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from ..settings.errors import InputError
+from ..weather.read_era5 import open_era5_grid
 from ..weather.read_weather import read_weather, recognise_weather
-from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import (
     check_region,
     grid_places,
@@ -34,8 +34,7 @@ def find_source(request, settings, stack):
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")
         check_region(settings.latitudes, settings.longitudes)
-        grid = open_era5_grid(paths)
-        stack.callback(grid.stack.close)
+        grid = open_era5_grid(paths, stack)
         picked = (
             thin_axis(grid.latitude, settings.step, settings.latitudes),
             thin_axis(grid.longitude, settings.step, settings.longitudes),

@@ -1,7 +1,4 @@
-"""Axes of gridded weather, and one place of it."""
-
-from itertools import product
-from typing import NamedTuple
+"""Axes of gridded weather, and the lines of a grid that stand for a place."""
 
 import numpy as np
 import pandas as pd
@@ -12,16 +9,6 @@ AXES = ("time", "latitude", "longitude")
 NO_LEAP_DAYS = ("noleap", "365_day")
 SLACK = 1e-3  # [°] of coordinates beyond the poles
 CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
-
-
-class GridPoint(NamedTuple):
-    """A place of a grid, or between its points."""
-
-    latitude: float  # [°]
-    longitude: float  # [°]
-
-    def __str__(self):
-        return f"{self.latitude:g}°, {self.longitude:g}°"
 
 
 def name_axes(source, dataset, cure):
@@ -82,45 +69,6 @@ def check_axes(source, dataset):
             twice = values[values.duplicated()][0]
             words = f"{str(twice)[:16]}" if name == "time" else f"{twice:g}°"
             raise InputError(source, f"has the {name} {words} twice", "give each once")
-
-
-def interpolate_point(source, dataset, latitude, longitude, point):
-    """Values of a grid at one place.
-
-    Parameters
-    ----------
-    source : path-like
-        The file, for messages.
-    dataset : xarray.Dataset
-        With the dimensions latitude and longitude [°]; longitudes may run to 180 or to 360.
-    latitude, longitude : float
-        Place [°].
-    point : {"nearest", "bilinear"}
-        How.
-
-    Returns
-    -------
-    dataset : xarray.Dataset
-        Without the two dimensions.
-    place : GridPoint
-        The values belong to.
-    """
-    if point not in ("nearest", "bilinear"):
-        raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
-    north = dataset["latitude"].to_numpy().astype(float) - latitude
-    # Eastward distance by the shorter way round, so that 359.75° is near 0°.
-    east = (dataset["longitude"].to_numpy().astype(float) - longitude + 180.0) % 360.0 - 180.0
-    rows, columns = weigh_lines(north, point), weigh_lines(east, point)
-    if rows is None or columns is None:
-        (south, top), (west, right) = ((dataset[name].min().item(), dataset[name].max().item()) for name in AXES[1:])
-        problem = f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid"
-        problem += f" ({south:g} to {top:g}° N, {west:g} to {right:g}° E)"
-        raise InputError(source, problem, "give weather of the city's own place")
-    values = sum(
-        float(rows[row] * columns[column]) * dataset.isel(latitude=row, longitude=column, drop=True)
-        for row, column in product(np.flatnonzero(rows), np.flatnonzero(columns))
-    )
-    return values, GridPoint(round(latitude + float(rows @ north), 5), round(longitude + float(columns @ east), 5))
 
 
 def weigh_lines(distance, point):

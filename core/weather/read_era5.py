@@ -3,7 +3,9 @@
 import tempfile
 import zipfile
 from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import reduce
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ from scipy.io import netcdf_file
 
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError
-from .grid_point import interpolate_point, name_axes
+from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record
 
 # Possible names of each variable; mean rates are those of the same hour in Wm⁻².
@@ -42,8 +44,21 @@ NEEDED = ("ssrd", "fdir", "t2m")
 WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
+ROUNDING = 6  # decimals of coordinates [°]
 COLUMNS = {"ghi": "ssrd", "dhi": "ssrd - fdir", "temp_air": "t2m", "wind_speed": "wind", "pressure": "sp"}
 CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
+
+
+@dataclass
+class Era5Grid:
+    """Open files of one grid."""
+
+    source: str
+    files: list  # of (xarray.Dataset by our names, {our name: (factor, offset) to our unit})
+    latitude: np.ndarray  # (a,) ascending [°]
+    longitude: np.ndarray  # (b,) ascending, from -180 to below 180 [°]
+    rows: np.ndarray  # (a,) int, row in the files of each latitude
+    columns: np.ndarray  # (b,) int
 
 
 def read_era5(paths, latitude, longitude, altitude, point):
@@ -56,8 +71,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     Parameters
     ----------
     paths : path-like or list of path-like
-        NetCDF files, or zips or folders of such files: one for each year, month, variable or group of variables. Files
-        without any of these variables are ignored.
+        As of `open_era5_grid`.
     latitude, longitude : float
         Place [°].
     altitude : float
@@ -70,24 +84,99 @@ def read_era5(paths, latitude, longitude, altitude, point):
     Record
         ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, pressure [Pa].
     """
+    if point not in ("nearest", "bilinear"):
+        raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
     paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
     with ExitStack() as stack:
-        files = [(path, file) for path in paths for file in list_files(path, stack)]
-        table, place = read_files(files, latitude, longitude, point)
-    source, names = ", ".join(map(str, paths)), ", ".join(path.name for path in paths)
-    check_variables(source, set(table))
+        grid = open_era5_grid(paths, stack)
+        north = grid.latitude - latitude
+        # Eastward distance by the shorter way round, so that 359.75° is near 0°.
+        east = (grid.longitude - longitude + 180.0) % 360.0 - 180.0
+        rows, columns = weigh_lines(north, point), weigh_lines(east, point)
+        if rows is None or columns is None:
+            problem = f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid"
+            problem += f" ({grid.latitude[0]:g} to {grid.latitude[-1]:g}° N,"
+            problem += f" {grid.longitude[0]:g} to {grid.longitude[-1]:g}° E)"
+            raise InputError(grid.source, problem, "give weather of the city's own place")
+        block = read_block(grid, np.flatnonzero(rows), np.flatnonzero(columns))
+    corners = product(enumerate(rows[rows > 0]), enumerate(columns[columns > 0]))
+    table = sum(a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners).to_dataframe()
     # The values are those of the grid; the sun is that of the requested place.
-    label = f"ERA5 {names} ({point}: {place})"
-    return Record(convert_era5(table), latitude, longitude, altitude, source, label, columns=COLUMNS)
+    place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
+    label = f"ERA5 {', '.join(path.name for path in paths)} ({point}: {place})"
+    return Record(convert_era5(table), latitude, longitude, altitude, grid.source, label, columns=COLUMNS)
 
 
-def check_variables(source, names):
-    """Refuse weather that lacks a variable."""
+def open_era5_grid(paths, stack):
+    """Open the files of a grid without reading their values.
+
+    Parameters
+    ----------
+    paths : list of path-like
+        NetCDF files, or zips or folders of such files: one for each year, month, variable or group of variables. Files
+        without any of these variables are ignored.
+    stack : contextlib.ExitStack
+        Closes them.
+
+    Returns
+    -------
+    Era5Grid
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, the grids differ, or a variable is missing.
+    """
+    source, files, axes = ", ".join(map(str, paths)), [], None
+    for path in map(Path, paths):
+        for file in list_files(path, stack):
+            if (found := open_file(path, file, stack)) is None:
+                continue
+            files.append(found)
+            own = [found[0][name].to_numpy().astype(float) for name in AXES[1:]]
+            axes = axes or own
+            for name, values, expected in zip(AXES[1:], own, axes, strict=True):
+                if values.shape != expected.shape or np.abs(values - expected).max() > SAME_PLACE:
+                    problem = f"its {name}s are not those of the other files"
+                    raise InputError(path, problem, "download all on the same grid")
+    if not files:
+        raise InputError(source, "no weather variable inside", CURE)
+    names = {name for _, scales in files for name in scales}
     missing = [name for name in NEEDED if name not in names]
-    if "ws10" not in names and not names >= WIND:
+    if "ws10" not in names:
         missing += sorted(WIND - names)
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
+    latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
+    west, columns = np.unique(longitude, return_index=True)  # the same meridian may be there twice, as -180 and 180°
+    rows = np.argsort(latitude, kind="stable")
+    return Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
+
+
+def read_block(grid, rows, columns):
+    """Values of a block of points, in our units.
+
+    Parameters
+    ----------
+    grid : Era5Grid
+    rows, columns : numpy.ndarray of int
+        Of `grid.latitude` and `grid.longitude`.
+
+    Returns
+    -------
+    xarray.Dataset, time × latitude × longitude, float64
+        By stamps, in order; NaN where no file has a value.
+    """
+    parts = []
+    for dataset, scales in grid.files:
+        part = dataset.isel(latitude=grid.rows[rows], longitude=grid.columns[columns]).drop_vars(AXES[1:])
+        # Final and preliminary data are stored along expver, with gaps in each.
+        versions = [part.isel(expver=k) for k in range(part.sizes["expver"])] if "expver" in part.dims else [part]
+        for version in versions:
+            values = {name: version[name].astype(float) * factor + offset for name, (factor, offset) in scales.items()}
+            parts.append(version.assign(values).reset_coords(drop=True))
+    # A later file fills what earlier ones lack.
+    return reduce(lambda one, other: one.combine_first(other), parts).sortby("time")
 
 
 def list_files(path, stack):
@@ -105,46 +194,6 @@ def list_files(path, stack):
     return files
 
 
-def read_files(files, latitude, longitude, point):
-    """Join the tables of several NetCDF files.
-
-    Parameters
-    ----------
-    files : list of (pathlib.Path, pathlib.Path)
-        What the user gave, for messages, and the NetCDF file.
-    latitude, longitude, point
-        As in `read_era5`.
-
-    Returns
-    -------
-    table : pandas.DataFrame
-        Of the files' variables in our units, indexed by stamps in UTC.
-    place : GridPoint
-        The values belong to.
-    """
-    tables, places = [], []
-    for path, file in files:
-        with ExitStack() as stack:
-            found = open_file(path, file, stack)
-            if found is None:
-                continue
-            dataset, names, scales = found
-            dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
-            if "expver" in dataset.dims:
-                dataset = merge_versions(dataset)
-            times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
-            values = {ours: dataset[name].to_numpy().astype(float) for ours, name in names.items()}
-        scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
-        tables.append(pd.DataFrame(scaled, index=times))
-        places.append(place)
-        if np.abs(np.subtract(place, places[0])).max() > SAME_PLACE:
-            problem = f"its grid point {place} differs from {places[0]} of the others"
-            raise InputError(path, problem, "download all variables on the same grid")
-    if not tables:
-        raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
-    return reduce(pd.DataFrame.combine_first, tables), places[0]
-
-
 def open_file(path, file, stack):
     """Open one NetCDF file without reading its values.
 
@@ -158,11 +207,9 @@ def open_file(path, file, stack):
     Returns
     -------
     dataset : xarray.Dataset
-        With coordinates time, latitude and longitude.
-    names : dict of str to str
-        Our name of each weather variable -> the file's.
+        The weather variables by our names, with coordinates time, latitude and longitude.
     scales : dict of str to tuple of float
-        Factor and offset to our unit.
+        Factor and offset to our unit of each.
 
     None instead where it has no weather variable.
     """
@@ -198,15 +245,7 @@ def open_file(path, file, stack):
         factor, offset = UNITS[ours][unit]
         summed = ours in ACCUMULATED and unit != "Wm-2"
         scales[ours] = factor / interval.total_seconds() if summed else factor, offset
-    return dataset, names, scales
-
-
-def merge_versions(dataset):
-    """Join final and preliminary data, which are stored along expver, with gaps in each."""
-    merged = dataset.isel(expver=0, drop=True)
-    for version in range(1, dataset.sizes["expver"]):
-        merged = merged.fillna(dataset.isel(expver=version, drop=True))
-    return merged
+    return dataset.rename({name: ours for ours, name in names.items()}), scales
 
 
 def convert_era5(table):
@@ -215,8 +254,7 @@ def convert_era5(table):
     Parameters
     ----------
     table : pandas.DataFrame
-        ssrd, fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the
-        interval.
+        ssrd, fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps in UTC end the interval.
 
     Returns
     -------
@@ -231,4 +269,4 @@ def convert_era5(table):
     data = data.assign(temp_air=table["t2m"], wind_speed=wind)
     if "sp" in table:
         data["pressure"] = table["sp"]
-    return data.set_axis(data.index - interval, axis=0)
+    return data.set_axis(data.index.tz_localize("UTC") - interval, axis=0)

@@ -10,8 +10,8 @@ from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
 from ..weather.climate import INTERVAL, LABEL, clear_sky, climate_records, hours_of_year, look_up_altitude
 from ..weather.climate_grid import is_land, look_up_normals
+from ..weather.read_era5 import NEEDED, convert_era5, read_block
 from ..weather.weather import Record
-from .read_era5_grid import point_of_block, read_block
 
 SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
@@ -193,16 +193,16 @@ def grid_source(grid, places, picked, request, years=None):
 
     def read(chunk):
         row = chunk[0] // width
-        block = read_block(grid, slice(rows[row], rows[row] + 1), columns[[one % width for one in chunk]])
+        block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(latitude=0)
         found = []
         for number, one in enumerate(chunk):
-            data = point_of_block(block, 0, number, grid.times)
-            if data is None:
+            table = block.isel(longitude=number).to_dataframe()
+            if table[[*NEEDED]].isna().all().any():  # no value at all of one of them
                 found.append((None, NOTHING))
                 continue
             place = latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
             source = f"{grid.source} at {latitude:g}°, {longitude:g}°"
-            record = Record(keep_years(data, years), *place, look_up_altitude(*place), source, "")
+            record = Record(keep_years(convert_era5(table), years), *place, look_up_altitude(*place), source, "")
             interval = check_weather(record)
             key = (len(record.data), record.data.index[0])
             if key not in suns:
@@ -218,7 +218,8 @@ def grid_source(grid, places, picked, request, years=None):
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
-    together = int(max(1, min(360, MOST // (4 * 6 * len(grid.times)))))
+    stamps = np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
+    together = int(max(1, min(360, MOST // (8 * 6 * len(stamps)))))
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])

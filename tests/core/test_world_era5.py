@@ -1,6 +1,7 @@
 """Gridded weather of a world: orders of axes, several files and years, gaps, other calendars."""
 
 import re
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -11,10 +12,9 @@ from citypv.core.commands.world_tasks import stamp_files
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.climate import look_up_altitude
-from citypv.core.weather.read_era5 import read_era5
+from citypv.core.weather.read_era5 import open_era5_grid, read_era5
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.environment import unshaded_transfer
-from citypv.core.world.read_era5_grid import open_era5_grid
 from citypv.core.world.sources import regular_axes, thin_axis
 
 from .weathers import ERA5
@@ -127,16 +127,16 @@ def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo,
 
 
 def test_what_is_missing_or_odd_is_refused_in_one_line(tmp_path, demo):
-    with pytest.raises(InputError, match="variables fdir"):
-        open_era5_grid([save(demo.drop_vars("fdir"), tmp_path / "fdir.nc")])
+    with ExitStack() as stack, pytest.raises(InputError, match="variables fdir"):
+        open_era5_grid([save(demo.drop_vars("fdir"), tmp_path / "fdir.nc")], stack)
     other = save(demo.isel({NORTH: slice(0, 1)}), tmp_path / "other.nc")
-    with pytest.raises(InputError, match="not those of the other files"):
-        open_era5_grid([ERA5, other])
+    with ExitStack() as stack, pytest.raises(InputError, match="not those of the other files"):
+        open_era5_grid([ERA5, other], stack)
     days = xr.date_range("2017-01-01", periods=360 * 24, freq="h", calendar="360_day", use_cftime=True)
     odd = demo.isel({TIME: slice(0, len(days))}).assign_coords({TIME: days})
     odd[TIME].attrs.clear()
-    with pytest.raises(InputError, match="standard calendar"):
-        open_era5_grid([save(odd, tmp_path / "odd.nc")])
+    with ExitStack() as stack, pytest.raises(InputError, match="standard calendar"):
+        open_era5_grid([save(odd, tmp_path / "odd.nc")], stack)
 
 
 def test_a_grid_is_thinned_and_cut(tmp_path, expected):
