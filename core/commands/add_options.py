@@ -1,13 +1,11 @@
 """Command line options: from the settings that `Request` declares, and those of single commands."""
 
 import argparse
-import sys
 from itertools import chain
 
 from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
 from .choose_settings import EXPORTS
-from .run_log import RunLog
 
 TITLES = {
     "city": "the city",
@@ -39,7 +37,11 @@ def add_options(parser, *groups, hidden=()):
         place = parser.add_argument_group(TITLES[group])
         for name, default, details in declared_settings(group):
             if details.option != "":
-                words = argparse.SUPPRESS if name in hidden else describe_setting(default, details)
+                unit = f"[{details.unit}] " if details.unit else ""
+                shown = ("off", "on")[default] if details.kind == "switch" else default
+                stated = details.kind not in ("flag", "names", "pairs", "shares") and default is not None
+                words = (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
+                words = argparse.SUPPRESS if name in hidden else words
                 # What is not given, method, preset and the defaults tell.
                 named = {"dest": name, "help": words, "default": argparse.SUPPRESS}
                 place.add_argument(option_of(name), **named, **argument_of_setting(details))
@@ -48,6 +50,7 @@ def add_options(parser, *groups, hidden=()):
 def argument_of_setting(details):
     """Keywords of `add_argument` for a setting: dict."""
     many = {"nargs": "+", "action": "extend", "metavar": details.metavar}
+    share = keyed(float, "KEY=SHARE")  # several in one text: facade=0.6,roof=0.8
     shapes = {
         "flag": {"action": "store_true"},
         "switch": {"choices": tuple(SWITCH), "metavar": "on|off"},
@@ -55,20 +58,12 @@ def argument_of_setting(details):
         "texts": many,
         "names": many,
         "pairs": many | {"type": keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},
-        "shares": many | {"type": split_shares},
+        "shares": many | {"type": lambda text: [share(part) for part in filter(None, text.split(","))]},
         "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     kind = {"number": float, "integer": int}.get(details.kind, str)
     plain = {"type": or_none(kind, details.none) if details.none else kind, "metavar": details.metavar}
     return shapes.get(details.kind, plain)
-
-
-def describe_setting(default, details):
-    """Help of an option: unit, meaning, default."""
-    unit = f"[{details.unit}] " if details.unit else ""
-    shown = {True: "on", False: "off"}.get(default, default) if details.kind == "switch" else default
-    stated = details.kind not in ("flag", "names", "pairs", "shares") and default is not None
-    return (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
 
 
 def or_none(kind, word):
@@ -92,11 +87,6 @@ def keyed(read, words):
             raise argparse.ArgumentTypeError(f"{text!r} is not {words}") from None
 
     return parse
-
-
-def split_shares(text):
-    """Shares by key: "facade=0.6,roof=0.8" -> list of (str, float)."""
-    return [keyed(float, "KEY=SHARE")(part) for part in filter(None, text.split(","))]
 
 
 def two_numbers(text):
@@ -163,7 +153,8 @@ def add_output(parser, *, exports=False):
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
     output.add_argument("--quiet", action="store_true", help="print errors only")
     for name, words in EXPORTS.items() if exports else ():
-        output.add_argument(f"--{name}", action="store_true", help=f"write {words}")
+        listed = {"action": "append_const", "dest": "exports", "const": name, "default": []}
+        output.add_argument(f"--{name}", help=f"write {words}", **listed)
 
 
 def add_world(parser):
@@ -197,13 +188,3 @@ def add_change(parser):
     place.add_argument("--raise", metavar="ID=M", dest="raised", type=one, help=words, **several)
     words = "albedo of all surfaces of a building"
     place.add_argument("--albedo-of", metavar="ID=A", type=one, help=words, **several)
-
-
-def list_exports(options):
-    """Files that are asked for: tuple of str."""
-    return tuple(name for name in EXPORTS if getattr(options, name))
-
-
-def make_log(options):
-    """RunLog to stderr, or one that is silent."""
-    return RunLog(None if options.quiet else sys.stderr)

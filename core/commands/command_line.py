@@ -9,6 +9,7 @@ import importlib.util
 import json
 import signal
 import sys
+import threading
 import traceback
 from dataclasses import asdict, fields
 from functools import partial
@@ -25,12 +26,10 @@ from .add_options import (
     add_output,
     add_world,
     join_pairs,
-    list_exports,
-    make_log,
     settings_of_options,
 )
 from .choose_settings import cluster_settings, free_settings, request_of_settings
-from .run_log import print_output, write_any_text
+from .run_log import RunLog, print_output
 
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
@@ -59,15 +58,21 @@ def main(arguments=None, draw=None):
     int
         Exit status.
     """
-    write_any_text()
+    # UTF-8 in files and pipes, as JSON has to be; "?" for what a terminal cannot show.
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a program around this one may have put another there, or none
+            stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)
     except SystemExit as stop:
         return stop.code or 0
-    before = handle_sigterm()
+    # SIGTERM is treated like Ctrl-C, so that no partial output remains. Only the main thread can.
+    main_thread = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if main_thread else None
     try:
-        options.draw = draw
+        # A time budget begins here: before anything large is imported or compiled.
+        options.draw, options.log = draw, RunLog(None if getattr(options, "quiet", False) else sys.stderr)
         return options.run(options) or 0
     except InputError as error:
         return print_error(str(error), 2)
@@ -91,14 +96,6 @@ def print_error(message, status):
     return status
 
 
-def handle_sigterm():
-    """Treat SIGTERM like Ctrl-C, so that no partial output remains. Only possible in the main thread."""
-    try:
-        return signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:
-        return None
-
-
 def build_parser():
     """Parser of all commands."""
     parser = OneLineParser(
@@ -117,21 +114,21 @@ def build_parser():
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
     add_options(again, "surfaces", "weather", "electricity", "sky", "effects", "run")
-    plot = add_command(commands, run_plot, "draw the results of a folder: report.html, or the maps of a world")
-    plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
-    plot.add_argument("--quiet", action="store_true", help="print errors only")
-    site = add_command(commands, run_site, "a city's solar map for a web server: 3D Tiles, an index, a page")
-    site.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
-    site.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
-    site.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
-    add_output(site)
+    add_views(commands)
     world = add_command(commands, run_world, "full load hours of traced districts all over the world")
     add_world(world)
     add_output(world)
     add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
-    add_states(commands)
-    add_views(commands)
+    variant = add_command(commands, run_variant, "an edited city, from a run of simulate --editable, in seconds")
+    variant.add_argument("base", metavar="BASE", help="result folder")
+    add_change(variant)
+    add_output(variant, exports=True)
+    compare = add_command(commands, run_compare, "who gains and who loses between two results of a city")
+    for name in ("before", "after"):
+        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
+    add_output(compare)
+    add_checks(commands)
     return parser
 
 
@@ -142,19 +139,19 @@ def add_command(commands, run, words):
     return parser
 
 
-def add_states(commands):
-    """Commands about several states of a city."""
-    variant = add_command(commands, run_variant, "an edited city, from a run of simulate --editable, in seconds")
-    variant.add_argument("base", metavar="BASE", help="result folder")
-    add_change(variant)
-    add_output(variant, exports=True)
-    compare = add_command(commands, run_compare, "who gains and who loses between two results of a city")
-    for name in ("before", "after"):
-        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
-    add_output(compare)
-
-
 def add_views(commands):
+    """Commands that show results."""
+    plot = add_command(commands, run_plot, "draw the results of a folder: report.html, or the maps of a world")
+    plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
+    plot.add_argument("--quiet", action="store_true", help="print errors only")
+    site = add_command(commands, run_site, "a city's solar map for a web server: 3D Tiles, an index, a page")
+    site.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
+    site.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
+    site.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
+    add_output(site)
+
+
+def add_checks(commands):
     """Commands that print what they find."""
     inspect = add_command(commands, run_inspect, "report what is read, repaired and left out, and where it is")
     add_city(inspect)
@@ -172,7 +169,6 @@ def add_views(commands):
 
 def run_simulate(options):
     """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
-    log = make_log(options)  # a time budget begins here: before anything large is imported or compiled
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
@@ -182,10 +178,10 @@ def run_simulate(options):
         from .write_run import Output
 
         draw = partial(options.draw, pictures=pictures) if pictures else None
-        output = Output(overwrite=options.overwrite, exports=list_exports(options), draw=draw)
+        output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
         chosen = {"cluster": cluster_settings(options.cluster, options.tile)}
         chosen["free"] = free_settings(settings_of_options(options))
-        interrupted = simulate(options.city, options.out, request, output=output, log=log, **chosen)
+        interrupted = simulate(options.city, options.out, request, output=output, log=options.log, **chosen)
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)
@@ -196,7 +192,7 @@ def run_yield(options):
     """`citypv yield`."""
     from .simulate import recompute
 
-    told = {"overwrite": options.overwrite, "log": make_log(options)}
+    told = {"overwrite": options.overwrite, "log": options.log}
     recompute(options.transfer, options.out, read_request(options), **told)
 
 
@@ -206,7 +202,7 @@ def run_world(options):
 
     chosen = {one.name: getattr(options, one.name) for one in fields(WorldSettings)}
     settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})
-    told = {"overwrite": options.overwrite, "log": make_log(options), "cluster": cluster_settings(options.cluster)}
+    told = {"overwrite": options.overwrite, "log": options.log, "cluster": cluster_settings(options.cluster)}
     make_world(options.environment, options.out, read_request(options), settings, **told)
 
 
@@ -220,8 +216,8 @@ def run_variant(options):
         for option, name in (("--move", "move"), ("--raise", "raised"), ("--albedo-of", "albedo_of"))
     )
     wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
-    output = Output(overwrite=options.overwrite, exports=list_exports(options))
-    make_variant(options.base, options.out, wish, output=output, log=make_log(options))
+    output = Output(overwrite=options.overwrite, exports=options.exports)
+    make_variant(options.base, options.out, wish, output=output, log=options.log)
 
 
 def run_compare(options):
@@ -229,14 +225,14 @@ def run_compare(options):
     from .compare import compare, describe_comparison
 
     found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
-    make_log(options).write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
+    options.log.write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
 
 
 def run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    make_log(options).write(f"Written to {', '.join(map(str, plot_results(options.folder)))}")
+    options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder)))}")
 
 
 def run_site(options):
@@ -244,7 +240,7 @@ def run_site(options):
     from ..results.write_site import NO_LICENCE, write_site
 
     named = {name: getattr(options, name) for name in ("attribution", "private", "overwrite")}
-    found, log = write_site(options.folder, options.out, **named), make_log(options)
+    found, log = write_site(options.folder, options.out, **named), options.log
     log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found))
     if not options.attribution:
         log.write(f"{NO_LICENCE} Give --attribution.")
@@ -282,11 +278,13 @@ def run_accuracy(options):
 
 def run_selfcheck(options):
     """`citypv selfcheck`: status 1 if a check fails."""
-    from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
+    from .selfcheck import describe_check, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
-    print_found(options, report_checks(checks), [describe_outcome(checks)])
-    return int(not all(check.passed for check in checks))
+    found, failed = report_checks(checks), sum(not check.passed for check in checks)
+    outcome = f"{failed} FAILED" if failed else "all passed"
+    print_found(options, found, [f"{len(checks)} checks in {found['seconds']:.1f} s: {outcome}"])
+    return int(failed > 0)
 
 
 def print_found(options, found, lines):

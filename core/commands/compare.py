@@ -65,22 +65,18 @@ def describe_comparison(found):
             change = show_number(sums["mwh_change"], 1, plus=True)
             change += f" ± {sums['mwh_change_standard_error']:.1f} MWh a year"
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
-    return [*lines, *name_ends(found.buildings), *note_light(found)]
-
-
-def name_ends(buildings):
-    """The three neighbours that lose most, and the three that gain most, beyond two standard errors: list of str."""
+    # The three neighbours that lose most, and the three that gain most, beyond two standard errors.
+    buildings = found.buildings
     least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)  # what is written as 0.00 is not named
     sure = buildings["mwh_change"].abs() >= least
     neighbours = buildings[sure & (buildings["state"] == "existing")].sort_values("mwh_change")
     losing, gaining = neighbours[neighbours["mwh_change"] < 0], neighbours[neighbours["mwh_change"] > 0]
-    lines = []
     for words, rows in (("Lose most", losing[:3]), ("Gain most", gaining[:-4:-1])):
         if len(rows):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
             each = zip(rows["building_id"], changes, strict=True)
             lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
-    return lines
+    return [*lines, *note_light(found)]
 
 
 def note_light(found):

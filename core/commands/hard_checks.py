@@ -37,26 +37,23 @@ def hard_checks():
     ]
 
 
-def town(away):
-    """Twelve boxes in the coordinates of a file, moved."""
+def moved_town():
+    """Largest difference of any face's light in twelve boxes, at the origin and in the coordinates of a file."""
     generator, faces = np.random.default_rng(1), []
     for place in range(12):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
         low = np.append(20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3), 0)
-        faces += [points[[0, 2, 3, 1]] + away for points, _ in box(low, low + size)]
+        faces += [points[[0, 2, 3, 1]] for points, _ in box(low, low + size)]
     points = np.concatenate(faces)
     count = len(points) // 4
     names, buildings = [f"face {k}" for k in range(count)], [f"b{k // 6}" for k in range(count)]
     rings = np.arange(0, 4 * count + 1, 4)
-    city = City(names, buildings, [""] * count, points, rings, np.arange(count + 1), None)
-    return build_scene(city, 52.5, 13.4, ground="auto", patch_size=10.0)
-
-
-def moved_town():
-    """Largest difference of any face's light."""
-    suns = sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
-    here, there = (trace(town(away), suns, samples=64) for away in (np.zeros(3), np.array(UTM)))
-    return largest_difference(here, there), 0.0
+    found = []
+    for away in (np.zeros(3), np.array(UTM)):
+        city = City(names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None)
+        scene = build_scene(city, 52.5, 13.4, ground="auto", patch_size=10.0)
+        found.append(trace(scene, sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]), samples=64))
+    return largest_difference(*found), 0.0
 
 
 def closed_room():

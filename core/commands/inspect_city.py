@@ -38,7 +38,14 @@ def inspect_city(paths, request, progress=silent):
     """
     city = read_buildings(paths, request, progress)
     scene = stand_city(city, replace(request, patch_size=None))
-    surfaces = scene.surfaces
+    surfaces, crowns, trees = scene.surfaces, scene.trees, {"count": 0}
+    if crowns is not None:
+        trees = {
+            "count": len(crowns),
+            "evergreen": int(crowns.evergreen.sum()),
+            "height": [round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)],  # [m]
+            "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),  # [m³]
+        }
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
     materials = group_areas(names, surfaces.area, names != "")
     for name, group in materials.items():
@@ -52,23 +59,11 @@ def inspect_city(paths, request, progress=silent):
         "thematic": group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
         "eligible": group_areas(name_groups(surfaces), surfaces.area, surfaces.eligible),
         "materials": materials,
-        "trees": describe_trees(scene.trees),
+        "trees": trees,
         "findings": [
             {"heading": one.heading, "reason": one.reason, "count": len(one.names), "area": one.area, "ids": one.names}
             for one in list_findings(scene)
         ],
-    }
-
-
-def describe_trees(crowns):
-    """Number of trees, their heights [m] and the volume of their crowns [m³]; only the number where there are none."""
-    if crowns is None:
-        return {"count": 0}
-    return {
-        "count": len(crowns),
-        "evergreen": int(crowns.evergreen.sum()),
-        "height": [round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)],
-        "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),
     }
 
 

@@ -57,8 +57,10 @@ def refine_run(run, log, progress, folder):
         left = max(deadline - time.monotonic(), 0) / max(sum(transfer.record.seconds.values()), 1e-9)
         aim = judge(transfer).at_share(more=1 + ADAPTIVE * left)
 
-    def choose(errors, before):
-        return choose_counted(errors, request, aim, transfer.surfaces, before)
-
-    goal = Goal(target, deadline, largest_round(request), choose)
+    goal = Goal(
+        target,
+        deadline,
+        largest_round(request),
+        lambda errors, before: choose_counted(errors, request, aim, transfer.surfaces, before),
+    )
     return refine(run, judge, goal, lambda run, part: trace_round(run, part, progress, folder), log.write)

@@ -38,13 +38,6 @@ class RunLog:
         """Receive the Transfer of all rounds so far, after each of them."""
 
 
-def write_any_text():
-    """Let output hold any text: UTF-8 in files and pipes, as JSON has to be; "?" for what a terminal cannot show."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a program around this one may have put another there, or none
-            stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
-
-
 def print_output(text):
     """Print text and a line end; what a reader who has left does not take is dropped.
 

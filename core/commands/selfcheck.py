@@ -39,30 +39,20 @@ def selfcheck(report=None):
     """
     done = []
     for name, expected, allowance, find in (*closed_form_checks(), *hard_checks()):
-        done.append(run_check(name, float(expected), float(allowance), find))
+        started, passed, problem = time.perf_counter(), False, ""
+        try:
+            found, standard_error = find()
+            if not (math.isfinite(found) and math.isfinite(standard_error)):
+                raise ArithmeticError(f"found {found} ± {standard_error}")
+            passed = bool(abs(found - expected) <= ERRORS_ALLOWED * standard_error + allowance)
+        except Exception as error:  # counts as failure
+            found, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
+        seconds = time.perf_counter() - started
+        own = Check(name, float(expected), found, standard_error, float(allowance), seconds, passed, problem)
+        done.append(own)
         if report:
-            report(done[-1])
+            report(own)
     return done
-
-
-def run_check(name, expected, allowance, find):
-    """Run one check; an exception counts as failure.
-
-    Returns
-    -------
-    Check
-    """
-    started = time.perf_counter()
-    try:
-        found, standard_error = find()
-        if not (math.isfinite(found) and math.isfinite(standard_error)):
-            raise ArithmeticError(f"found {found} ± {standard_error}")
-    except Exception as error:
-        problem = f"{type(error).__name__}: {error}"
-        return Check(name, expected, None, None, allowance, time.perf_counter() - started, False, problem)
-    seconds = time.perf_counter() - started
-    passed = abs(found - expected) <= ERRORS_ALLOWED * standard_error + allowance
-    return Check(name, expected, found, standard_error, allowance, seconds, bool(passed))
 
 
 def describe_check(check):
@@ -72,14 +62,6 @@ def describe_check(check):
     if check.found is None:
         return f"{line} error: {check.problem}"
     return f"{line} found {check.found:<11.7g} ± {check.standard_error:<8.1g} {check.seconds:5.2f} s"
-
-
-def describe_outcome(checks):
-    """The last line."""
-    failed = sum(not check.passed for check in checks)
-    seconds = sum(check.seconds for check in checks)
-    words = "all passed" if not failed else f"{failed} FAILED"
-    return f"{len(checks)} checks in {seconds:.1f} s: {words}"
 
 
 def report_checks(checks):

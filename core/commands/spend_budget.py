@@ -68,10 +68,16 @@ def spend_budget(scene, weather, request, free, log):
     left = deadline - time.monotonic()
     if left < 0:
         return take(request, cheapest, log, "the time is up: the cheapest settings")
+    latest = deadline - (1 - PLANNING) * left
+
+    def report(*told):
+        if time.monotonic() > latest:
+            raise PlanningTooLongError
+        log.progress(*told)
+
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
-    progress = stop_at(deadline - (1 - PLANNING) * left, log.progress)
     try:
-        offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, progress)
+        offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, report)
     except PlanningTooLongError:
         return take(request, cheapest, log, "the cheapest settings, since the pilot takes half of the time")
     left = deadline - time.monotonic() - finishing
@@ -87,17 +93,6 @@ def spend_budget(scene, weather, request, free, log):
 
 class PlanningTooLongError(Exception):
     """Planning takes more than its part of the time."""
-
-
-def stop_at(moment, progress):
-    """A progress report that raises PlanningTooLongError after some `time.monotonic()`."""
-
-    def report(*told):
-        if time.monotonic() > moment:
-            raise PlanningTooLongError
-        progress(*told)
-
-    return report
 
 
 def take(request, settings, log, why):

@@ -75,19 +75,14 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(work, Results(city, scene, transfer, None, weather), named, output, log)
-        write_errors(work / CHANGE, base, edited, weather, named)
+        # The standard errors of the changes that surfaces of both cities see.
+        both, _ = errors_of_difference(base, edited)
+        errors = compute_energy(both, weather, replace(named, series=())).full_load_hours_standard_error
+        table = {"surface_id": both.surfaces.surface_id, "full_load_hours_change_standard_error": errors}
+        pd.DataFrame(table).to_csv(work / CHANGE, index=False, float_format="%.6g", lineterminator="\n")
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
-
-
-def write_errors(path, base, edited, weather, request):
-    """Write the standard errors of the changes that surfaces of both cities see: change.csv."""
-    transfer, _ = errors_of_difference(base, edited)
-    errors = compute_energy(transfer, weather, replace(request, series=())).full_load_hours_standard_error
-    names = transfer.surfaces.surface_id
-    table = pd.DataFrame({"surface_id": names, "full_load_hours_change_standard_error": errors})
-    table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def read_change(wish, kept):

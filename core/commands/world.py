@@ -20,7 +20,7 @@ from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from .run_log import RunLog
-from .world_tasks import WorldInputs, compute_in_tasks
+from .world_tasks import compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment
 
@@ -38,10 +38,6 @@ class WorldSettings:
     surfaces: int | None = None  # at most for each environment, others merged; None: all
     off_land: str = "blank"  # or climate, clear-sky: at sea
     pictures: bool = True
-
-    def __post_init__(self):
-        """Take each year once."""
-        self.years = tuple(sorted(set(self.years)))
 
 
 def make_world(texts, folder, request, settings, *, overwrite=False, log=None, cluster=None):
@@ -68,6 +64,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     """
     log = log or RunLog(None)
     check_settings(request)
+    settings = replace(settings, years=tuple(sorted(set(settings.years))))
     check_world_settings(request, settings)
     settings = replace(settings, way=settings.way or ("paper" if request.method == "paper" else "exact"))
     request = modules_alone(request)
@@ -86,8 +83,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.write("\n".join(describe_world(environments, source, sky)))
         log.clock.lap("open weather")
         if cluster:
-            inputs, told = WorldInputs(request, settings, sky), {"folder": kept_beside(folder), "log": log}
-            world = compute_in_tasks(environments, source, inputs, cluster, **told)
+            asked, told = replace(request, sky=sky), {"folder": kept_beside(folder), "log": log}
+            world = compute_in_tasks(environments, source, asked, settings, cluster, **told)
         else:
             told = {"sky": sky, "threads": request.threads, "progress": log.progress}
             world = compute_world(environments, source, system, settings.way, **told)

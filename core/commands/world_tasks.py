@@ -13,7 +13,6 @@ import pickle
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,15 +28,7 @@ STAGE = "world"
 OF_GROUPS = ("full_load_hours", "standard_error", "gain_error", "without_reflections")  # fields of World
 
 
-class WorldInputs(NamedTuple):
-    """What all tasks of a world have in common."""
-
-    request: object  # Request
-    settings: object  # WorldSettings
-    sky: str
-
-
-def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
+def compute_in_tasks(environments, source, request, settings, cluster, *, folder, log):
     """World of some environments, computed in tasks.
 
     Parameters
@@ -45,7 +36,9 @@ def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
     environments : list of Environment
     source : Source
         Of `find_source` with the same request and settings.
-    inputs : WorldInputs
+    request : Request
+        With the model of the sky that the environments were built for.
+    settings : WorldSettings
     cluster : ClusterSettings
     folder : Path
         Where finished tasks are kept until all are done.
@@ -55,43 +48,39 @@ def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
     -------
     World
     """
-    world, bands = empty_world(environments, source, inputs.settings.way, inputs.sky), cut_bands(source.chunks)
+    world = empty_world(environments, source, settings.way, request.sky)
+    # Bands are runs of chunks of about PLACES places, by how many lie before each.
+    band_of = np.cumsum([0, *map(len, source.chunks)])[:-1] // PLACES
+    bands = [np.flatnonzero(band_of == one).tolist() for one in np.unique(band_of)]
     with keeping(folder, log.write), open_workers(cluster.cluster) as workers:
-        log.write(f"  {len(bands) * len(environments):,} tasks; {workers.words}")
-        threads = inputs.request.threads if cluster.cluster == SERIAL else 1
-        results = {}
-        tasks = list(list_tasks(environments, bands, inputs, folder, results=results, threads=threads))
-        log.progress(STAGE, 0, len(results), "tasks")
-        for done, _ in enumerate(run_tasks(workers, compute_band, tasks), start=1):
-            log.progress(STAGE, len(results) - len(tasks) + done, len(results), "tasks")
-        for path, number in results.items():
-            read_band(world, number, path)
+        tasks = list_tasks(environments, bands, request, settings, folder)
+        log.write(f"  {len(tasks):,} tasks; {workers.words}")
+        threads = request.threads if cluster.cluster == SERIAL else 1
+        missing = [(*task, threads) for _, task in tasks if not Path(task[-1]).with_suffix(".json").exists()]
+        before = len(tasks) - len(missing)  # finished by an earlier run
+        log.progress(STAGE, 0, len(tasks), "tasks")
+        for done, _ in enumerate(run_tasks(workers, compute_band, missing), start=before + 1):
+            log.progress(STAGE, done, len(tasks), "tasks")
+        for number, (*_, result) in tasks:
+            with np.load(result) as stored:
+                places, own = stored["places"][:, None], find_groups(world, number)
+                world.weather[places[:, 0]] = stored["weather"]
+                world.years = float(stored["years"]) if stored["weather"].any() else world.years
+                for name in OF_GROUPS:
+                    getattr(world, name)[places, number, own] = stored[name][:, 0]
     return world
 
 
-def cut_bands(chunks):
-    """Runs of chunks of about PLACES places, by how many lie before each: list of list of int."""
-    band = np.cumsum([0, *map(len, chunks)])[:-1] // PLACES
-    return [np.flatnonzero(band == one).tolist() for one in np.unique(band)]
-
-
-def list_tasks(environments, bands, inputs, folder, *, results, threads):
-    """Write what tasks read, and yield those that no earlier run has finished.
-
-    `results` is filled with the file of each task: its environment's number.
-    """
-    request, settings, sky = inputs
-    common = replace(request, weather=absolute_weather(request.weather), threads=None), replace(settings, mix=None), sky
-    stamps = stamp_files(request.weather)
+def list_tasks(environments, bands, request, settings, folder):
+    """Write what tasks read: list of an environment's number, and `path`, `band` and `result` of `compute_band`."""
+    request = replace(request, weather=absolute_weather(request.weather), threads=None)
+    stamps, tasks = stamp_files(request.weather), []
     for number, environment in enumerate(environments):
-        data = pickle.dumps((environment, *common), protocol=5)
+        data = pickle.dumps((environment, request, replace(settings, mix=None)), protocol=5)
         key = hashlib.sha256(__version__.encode() + stamps + data).hexdigest()[:24]
         path = write_task(folder, key, data)
-        for first, band in enumerate(bands):
-            result = folder / f"{key}_{first:05d}.npz"
-            results[result] = number
-            if not result.with_suffix(".json").exists():
-                yield str(path), band, str(result), threads
+        tasks += [(number, (str(path), band, str(folder / f"{key}_{k:05d}.npz"))) for k, band in enumerate(bands)]
+    return tasks
 
 
 def absolute_weather(weather):
@@ -115,21 +104,21 @@ def compute_band(path, band, result, threads):
     Parameters
     ----------
     path : str
-        Environment, Request, WorldSettings and sky, of `write_task`.
+        Environment, Request and WorldSettings, of `write_task`.
     band : list of int
         Numbers of the chunks.
     result : str
         File to write.
     threads : int or None
     """
-    environment, request, settings, sky = read_task(path)
+    environment, request, settings = read_task(path)
     with ExitStack() as stack:
         source = find_source(request, settings, stack)
         places = np.concatenate([source.chunks[one] for one in band])
         ends = np.cumsum([len(source.chunks[one]) for one in band])
         chunks = np.split(np.arange(len(places)), ends[:-1])
         part = replace(source, places=places, chunks=chunks, read=lambda chunk: source.read(places[chunk]))
-        chosen = {"way": settings.way, "sky": sky, "threads": threads}
+        chosen = {"way": settings.way, "sky": request.sky, "threads": threads}
         world = compute_world([environment], part, build_system(request), **chosen)
 
     arrays = {name: getattr(world, name) for name in OF_GROUPS}
@@ -138,13 +127,3 @@ def compute_band(path, band, result, threads):
     count = json.dumps({"places": len(places)})
     write_whole(Path(result).with_suffix(".json"), lambda file: file.write_text(count, encoding="utf-8"))
     return result
-
-
-def read_band(world, number, path):
-    """Write the results of a task, for the environment of some number, into the world."""
-    with np.load(path) as stored:
-        places, own = stored["places"][:, None], find_groups(world, number)
-        world.weather[places[:, 0]] = stored["weather"]
-        world.years = float(stored["years"]) if stored["weather"].any() else world.years
-        for name in OF_GROUPS:
-            getattr(world, name)[places, number, own] = stored[name][:, 0]
