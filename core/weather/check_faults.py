@@ -9,7 +9,8 @@ import pvlib
 
 from ..settings.errors import InputError, count_of
 from ..sun.sky_models import clear_irradiance
-from .check_sun_times import haurwitz, sun_track
+from ..sun.solar_position import sun_direction
+from .check_sun_times import MINUTE, cos_zenith_after, haurwitz
 
 DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 
@@ -60,11 +61,24 @@ def check_faults(year, days, source):
     if mean > most and temp_air.std() > LEAST_SPREAD:
         problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {year.latitude:.0f}°"
         raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C")
-    notes = check_dark_days(days, source)
+    notes = []
+    # Days without light under a sun that rises.
+    dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
+    if len(dark):
+        notes.append(f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled with zeros")
+    if len(dark) > MOST_DARK_DAYS:
+        raise InputError(source, notes[0], "fill the gap with measured values, or give another year")
     check_nights(year, source)
     check_flat(year, source)
     check_direct(year, source)
-    return notes + check_brightness(days, source)
+    # More light than the cleanest air lets through.
+    bright = days["clean"] > CLEAR_DAY
+    found = float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST)) if bright.sum() >= FEWEST else 0.0
+    if found >= NAMED_BRIGHT:
+        notes.append(f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets through")
+    if found > REFUSED_BRIGHT:
+        raise InputError(source, notes[-1], "check unit and calibration of the irradiance")
+    return notes
 
 
 def cut_days(year):
@@ -93,17 +107,6 @@ def clear_sky_of(year, turbidity):
     """Irradiance under a clear sky in each interval, as of `clear_irradiance`."""
     data, middle = year.data, year.data.index + year.interval / 2
     return clear_irradiance(data["apparent_zenith"], middle, turbidity, year.altitude, data["pressure"].to_numpy())
-
-
-def check_dark_days(days, source):
-    """Refuse, or note, days without light under a sun that rises."""
-    dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
-    if not len(dark):
-        return []
-    problem = f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled with zeros"
-    if len(dark) > MOST_DARK_DAYS:
-        raise InputError(source, problem, "fill the gap with measured values, or give another year")
-    return [problem]
 
 
 def check_nights(year, source):
@@ -175,20 +178,6 @@ def check_direct(year, source):
         raise InputError(source, problem, "check this column: it may be the direct light on a horizontal plane")
 
 
-def check_brightness(days, source):
-    """Refuse, or note, more light than the cleanest air lets through."""
-    bright = days["clean"] > CLEAR_DAY
-    if bright.sum() < FEWEST:
-        return []
-    found = float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST))
-    if found < NAMED_BRIGHT:
-        return []
-    problem = f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets through"
-    if found > REFUSED_BRIGHT:
-        raise InputError(source, problem, "check unit and calibration of the irradiance")
-    return [problem]
-
-
 SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
 
 # Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
@@ -228,10 +217,9 @@ def check_irradiance(year, source):
     """
     data, interval = year.data, year.interval
     middle = data.index + interval / 2
-    track = sun_track(middle, year.latitude, year.longitude)
-    cos_zenith = track.cos_zenith()
-    half = interval / pd.Timedelta(minutes=2)
-    highest = np.maximum(cos_zenith, np.maximum(track.cos_zenith(-half), track.cos_zenith(half)))
+    sun, half = sun_direction(data["solar_zenith"].to_numpy(), data["solar_azimuth"].to_numpy()), interval / MINUTE / 2
+    cos_zenith, *ends = (cos_zenith_after(sun, year.latitude, shift) for shift in (0.0, -half, half))
+    highest = np.maximum(cos_zenith, np.maximum(*ends))
     normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
-import pvlib
 
 from ..settings.errors import InputError
+from ..sun.solar_position import sun_direction
 
 DAY, MINUTE = pd.Timedelta(days=1), pd.Timedelta(minutes=1)
 STEP = 10.0  # [min] the clear sky is averaged over an interval in steps of at most this
@@ -50,40 +50,28 @@ class SunTimes:
         return self.daylight_residual_shifted < GAIN * self.daylight_residual
 
 
-@dataclass
-class SunTrack:
-    """Declination and hour angle of the sun, to half a minute: for trying many shifts quickly."""
+def cos_zenith_after(sun, latitude, shift=0.0):
+    """Cosine of the sun's zenith angle after a shift in time, 0 below the horizon.
 
-    sine: np.ndarray  # (t,) sin(latitude) sin(declination)
-    cosine: np.ndarray  # (t,) cos(latitude) cos(declination)
-    hour_angle: np.ndarray  # (t,) [rad]
-
-    def cos_zenith(self, shift=0.0):
-        """Cosine of the zenith angle after a shift [min], 0 below the horizon: (t,)."""
-        return np.maximum(self.sine + self.cosine * np.cos(self.hour_angle + np.radians(shift / 4)), 0.0)
-
-
-def sun_track(times, latitude, longitude):
-    """Track of the sun by Spencer's series (1971), as in pvlib.
+    Its declination stays: instead of the sun around the pole, by 15° an hour, the vertical turns the other way.
 
     Parameters
     ----------
-    times : pandas.DatetimeIndex, (t,)
-        tz-aware.
-    latitude, longitude : float
+    sun : numpy.ndarray, (t, 3)
+        Unit vectors towards the sun: east, north, up.
+    latitude : float
         [°]
+    shift : float
+        [min]
 
     Returns
     -------
-    SunTrack
+    numpy.ndarray, (t,)
     """
-    times = times.tz_convert("UTC")
-    day = times.day_of_year.to_numpy()
-    declination = np.asarray(pvlib.solarposition.declination_spencer71(day))
-    minutes = ((times - times.normalize()) / MINUTE).to_numpy()
-    minutes = minutes + np.asarray(pvlib.solarposition.equation_of_time_spencer71(day))
-    tilt, hour_angle = np.radians(latitude), np.radians(minutes / 4 + longitude - 180.0)
-    return SunTrack(np.sin(tilt) * np.sin(declination), np.cos(tilt) * np.cos(declination), hour_angle)
+    turn, pole = np.radians(shift / 4), np.radians(latitude)
+    lost = 1.0 - np.cos(turn)
+    vertical = np.cos(pole) * np.sin(turn), np.sin(pole) * np.cos(pole) * lost, np.cos(turn) + np.sin(pole) ** 2 * lost
+    return np.maximum(sun @ np.array(vertical), 0.0)
 
 
 def haurwitz(cos_zenith):
@@ -91,7 +79,7 @@ def haurwitz(cos_zenith):
     return 1098.0 * cos_zenith * np.exp(-0.059 / np.maximum(cos_zenith, 1e-3))
 
 
-def measure_sun_times(data, interval, latitude, longitude):
+def measure_sun_times(data, interval, latitude, position):
     """Find the time shift with which the irradiance fits the sun best.
 
     Closure: where GHI, DHI and DNI are given, the shift with the smallest sum of |GHI - DHI - DNI cos z|, z at the
@@ -104,25 +92,27 @@ def measure_sun_times(data, interval, latitude, longitude):
     data : pandas.DataFrame
         Those of ghi, dhi and dni that are given [Wm⁻²], two or more; index: tz-aware start of each interval.
     interval : pandas.Timedelta
-    latitude, longitude : float
+    latitude : float
         [°]
+    position : pandas.DataFrame
+        Of `solar_position` for these times.
 
     Returns
     -------
     SunTimes
     """
-    track = sun_track(data.index + interval / 2, latitude, longitude)
+    sun = sun_direction(position["solar_zenith"].to_numpy(), position["solar_azimuth"].to_numpy())
     given = {name: data[name].to_numpy(float) for name in ("ghi", "dhi", "dni") if name in data}
     if not any(values.any() for values in given.values()):
         return SunTimes(*6 * [None])
 
-    def closure(shift):
-        left = given["ghi"] - given["dhi"] - given["dni"] * track.cos_zenith(shift)
-        return float(np.abs(left).sum() / given["ghi"].sum())
-
-    closes = len(given) == 3 and given["ghi"].any()
-    found = search_shift(closure) if closes else (None, None, None)
-    return SunTimes(*found, *search_shift(compare_daylight(given, interval, track)))
+    found = None, None, None
+    if len(given) == 3 and given["ghi"].any():
+        ghi, dhi, dni = given.values()
+        found = search_shift(
+            lambda shift: float(np.abs(ghi - dhi - dni * cos_zenith_after(sun, latitude, shift)).sum() / ghi.sum())
+        )
+    return SunTimes(*found, *search_shift(compare_daylight(given, interval, sun, latitude)))
 
 
 def search_shift(residual):
@@ -142,7 +132,7 @@ def search_shift(residual):
     return residual(0), residual(best), best
 
 
-def compare_daylight(given, interval, track):
+def compare_daylight(given, interval, sun, latitude):
     """Function for the residual between clear days and the clear-sky model as a function of a shift.
 
     Parameters
@@ -150,15 +140,17 @@ def compare_daylight(given, interval, track):
     given : dict of str to (t,) float
         GHI, or DHI and DNI [W/m²].
     interval : pandas.Timedelta
-    track : SunTrack
-        At the middle of the intervals.
+    sun : numpy.ndarray, (t, 3)
+        Towards the sun at the middle of the intervals.
+    latitude : float
+        [°]
 
     Returns
     -------
     callable
         Shift [min] to residual, a share of the irradiance.
     """
-    count, steps = len(track.hour_angle), DAY // interval
+    count, steps = len(sun), DAY // interval
     windows = max(count // (WINDOW * steps), 1)
     shape = windows, count // steps // windows, steps
 
@@ -168,13 +160,17 @@ def compare_daylight(given, interval, track):
     always = clear_days(given["ghi"]) if "ghi" in given else None
     # The sun of the middle day represents the window.
     middle = np.arange(np.prod(shape)).reshape(shape)[:, shape[1] // 2].ravel()
-    own = SunTrack(track.sine[middle], track.cosine[middle], track.hour_angle[middle])
     parts = max(int(np.ceil(interval / MINUTE / STEP)), 1)
     offsets = ((np.arange(parts) + 0.5) / parts - 0.5) * (interval / MINUTE)
 
     def residual(shift):
-        clear = clear_days(given["dhi"] + given["dni"] * track.cos_zenith(shift)) if always is None else always
-        model = sum(haurwitz(own.cos_zenith(shift + offset)) for offset in offsets).reshape(clear.shape)
+        clear = (
+            clear_days(given["dhi"] + given["dni"] * cos_zenith_after(sun, latitude, shift))
+            if always is None
+            else always
+        )
+        model = sum(haurwitz(cos_zenith_after(sun[middle], latitude, shift + offset)) for offset in offsets)
+        model = model.reshape(clear.shape)
         scale = (model * clear).sum(axis=1) / np.maximum((model**2).sum(axis=1), 1e-9)
         return float(np.abs(clear - scale[:, None] * model).sum() / max(clear.sum(), 1e-9))
 

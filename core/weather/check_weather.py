@@ -198,7 +198,7 @@ def check_years(record, interval, position):
         complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
         notes = check_negative(raw.iloc[rows], complete, source)
         check_given(given.iloc[rows], complete, source)
-        times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
+        times = measure_sun_times(given.iloc[rows], interval, record.latitude, position.iloc[rows])
         # Before the shift that would fit on average: none mends summer time.
         days = cut_days(complete)
         if abs(times.daylight_shift or 0) <= MOST_SHIFT:
