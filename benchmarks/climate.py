@@ -22,7 +22,7 @@ import pvlib
 from citypv.core.energy.pv_system import pick_module
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.climate import cleanest_sky, draw_irradiance, look_up_altitude, make_climates
+from citypv.core.weather.climate import cleanest_sky, climate, draw_irradiance, look_up_altitude
 from citypv.core.weather.read_pvgis import read_pvgis
 from citypv.core.weather.read_station_files import read_epw, read_tmy3
 from citypv.core.weather.weather import Record
@@ -138,13 +138,13 @@ def compare(years, own, seed):
 def synthesise(years, own, seed):
     """Weather of the built-in climate at a station, with its own months where asked for."""
     place = years[0].latitude, years[0].longitude
-    made = make_climates([place[0]], [place[1]], 2021, seed)
-    times = made["times"]
+    data = climate(*place, 2021, seed).data
+    times = data.index
     if own:
         monthly = np.mean([monthly_ghi(year) for year in years], axis=0)[None]
         sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]), monthly.sum(axis=1, keepdims=True))
-        made["ghi"], made["dhi"], made["dni"] = draw_irradiance([place], times, sky, monthly, seed)
-    data = pd.DataFrame({name: values[0] for name, values in made.items() if name != "times"}, index=times)
+        drawn = draw_irradiance([place], times, sky, monthly, seed)
+        data[["ghi", "dhi", "dni"]] = np.concatenate(drawn).T
     sun = solar_position(times, HOUR, *place)
     return years[0].__class__(data.join(sun), HOUR, *place, years[0].altitude, "climate")
 

@@ -7,16 +7,16 @@ means, days and hours are random.
 import numpy as np
 import pandas as pd
 import pvlib
+from scipy.ndimage import uniform_filter1d
 
 from ..settings.errors import InputError
 from ..sun.sky_models import clear_irradiance
 from ..sun.solar_position import is_sunny, solar_position
 from .climate_grid import look_up_normals
 from .draw_clearness import bisect, draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
-from .weather import Record
+from .weather import IRRADIANCES, Record
 
 INTERVAL = pd.Timedelta(hours=1)
-NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)"
 TEMP_AIR = 15.0  # [°C] of the clear sky
 WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
@@ -52,17 +52,7 @@ def climate(latitude, longitude, year=2021, seed=0):
     InputError
         The place lies south of 60° S.
     """
-    return climate_records([latitude], [longitude], year, seed)[0]
-
-
-def climate_records(latitudes, longitudes, year, seed, zenith=None):
-    """Records of many places, as of `climate`; parameters as of `make_climates`: list of Record."""
-    made = make_climates(latitudes, longitudes, year, seed, zenith)
-    records = []
-    for row, place in enumerate(zip(latitudes, longitudes, strict=True)):
-        data = pd.DataFrame({name: made[name][row] for name in NAMES}, index=made["times"])
-        records.append(Record(data, *place, look_up_altitude(*place), "climate", LABEL))
-    return records
+    return make_climates([latitude], [longitude], year, seed)[0]
 
 
 def clear_sky(latitude, longitude, altitude, year, sun=None):
@@ -110,7 +100,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
 
     Parameters
     ----------
-    latitudes, longitudes : array_like, (p,)
+    latitudes, longitudes : sequence of float, (p,)
         Places [°].
     year, seed
         As in `climate`.
@@ -119,9 +109,8 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
 
     Returns
     -------
-    dict
-        times: start of each hour (UTC), (t,); ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and pressure [Pa]:
-        (p, t). It takes about 3 MB of memory per place.
+    list of Record
+        It takes about 3 MB of memory per place.
 
     Raises
     ------
@@ -129,27 +118,21 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
         If a place lies south of 60° S.
     """
     times = hours_of_year(year)
-    places = list(zip(np.atleast_1d(latitudes), np.atleast_1d(longitudes), strict=True))
+    places = list(zip(latitudes, longitudes, strict=True))
     normals = [look_up_normals(*place) for place in places]
-    for place, found in zip(places, normals, strict=True):
-        if found is None:
-            problem = f"it does not know {place[0]:.2f}°, {place[1]:.2f}°: it ends at 60° S"
-            raise InputError("--weather climate", problem, "give weather files, or clear-sky as an upper bound")
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
     annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
     sky = cleanest_sky(places, times, altitude, annual, zenith)
     monthly = monthly_sums(annual, normals, sky, times)
-    ghi, dhi, dni = draw_irradiance(places, times, sky, monthly, seed)
-    shape = ghi.shape
-    return {
-        "times": times,
-        "ghi": ghi,
-        "dhi": dhi,
-        "dni": dni,
-        "temp_air": air_temperature(places, times, normals, sky["outside"], ghi),
-        "wind_speed": np.broadcast_to(np.array([[RAYLEIGH * found.wind_speed] for found in normals]), shape).round(2),
-        "pressure": np.broadcast_to(sky["pressure"], shape).round(1),
-    }
+    drawn = draw_irradiance(places, times, sky, monthly, seed)
+    temp_air = air_temperature(places, times, normals, sky["outside"], drawn[0])
+    records = []
+    for row, (place, found) in enumerate(zip(places, normals, strict=True)):
+        data = pd.DataFrame({name: values[row] for name, values in zip(IRRADIANCES, drawn, strict=True)}, index=times)
+        wind_speed, pressure = round(RAYLEIGH * found.wind_speed, 2), sky["pressure"][row, 0].round(1)
+        data = data.assign(temp_air=temp_air[row], wind_speed=wind_speed, pressure=pressure)
+        records.append(Record(data, *place, float(altitude[row, 0]), "climate", LABEL))
+    return records
 
 
 def look_up_altitude(latitude, longitude):
@@ -212,11 +195,12 @@ def monthly_sums(annual, normals, sky, times):
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
     most = CLOSEST * np.add.reduceat(sky["ghi"], starts, axis=1)
     share = np.stack([found.clearness for found in normals]) * outside
-
-    def is_short(factor):
-        return np.minimum(share * factor, most).sum(axis=1, keepdims=True) < annual
-
-    return np.minimum(share * bisect(is_short, np.zeros(annual.shape), np.full(annual.shape, 3.0)), most)
+    factor = bisect(
+        lambda factor: np.minimum(share * factor, most).sum(axis=1, keepdims=True) < annual,
+        np.zeros(annual.shape),
+        np.full(annual.shape, 3.0),
+    )
+    return np.minimum(share * factor, most)
 
 
 def draw_irradiance(places, times, sky, monthly, seed):
@@ -284,7 +268,8 @@ def air_temperature(places, times, normals, outside, ghi):
     gain = GAIN_SEA + (GAIN_LAND - GAIN_SEA) * influence  # (p,) [K/Wm⁻²]
     lag = 2j * np.pi * LAG / (len(times) / 24)
     yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
-    clearness = sum_around(ghi) / np.maximum(sum_around(outside), 1.0)
+    around = {"size": 24, "axis": 1, "mode": "wrap", "origin": -1}
+    clearness = uniform_filter1d(ghi, **around) / np.maximum(uniform_filter1d(outside, **around), 1.0 / 24)
     swing = np.maximum(25.8 * clearness - 5.21, 0.0)  # [K]
     longitude = np.array([[place[1]] for place in places])
     solar = 2 * np.pi * (np.arange(len(times)) + 0.5 + longitude / 15 - 1) / 24  # 1 o'clock is 0
@@ -293,9 +278,3 @@ def air_temperature(places, times, normals, outside, ghi):
     cycles = yearly + swing * form
     mean = np.array([[found.temp_air] for found in normals])
     return (mean + cycles - cycles.mean(axis=1, keepdims=True)).round(3)
-
-
-def sum_around(values):
-    """Sum of the 24 hours around each hour, cyclic over the year: (p, t)."""
-    running = np.cumsum(np.pad(values, ((0, 0), (12, 12)), mode="wrap"), axis=1)
-    return running[:, 24:] - running[:, :-24]

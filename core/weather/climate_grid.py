@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pvlib
 
+from ..settings.errors import InputError
+
 FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climate_grid.py
 # The fine grid, of air temperature and wind on land: cell size and centre of the first cell [°], rows and columns.
 CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)
@@ -46,8 +48,12 @@ def look_up_normals(latitude, longitude):
 
     Returns
     -------
-    Normals or None
-        None south of 60° S.
+    Normals
+
+    Raises
+    ------
+    InputError
+        The place lies south of 60° S.
 
     Notes
     -----
@@ -57,7 +63,8 @@ def look_up_normals(latitude, longitude):
     in latitude count three times, at the altitude of the place.
     """
     if latitude < LEAST_LATITUDE:
-        return None
+        problem = f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S"
+        raise InputError("--weather climate", problem, "give weather files, or clear-sky as an upper bound")
     grid = read_grid()
     cell = find_cell(grid["land"], latitude, longitude)
     if cell is None:

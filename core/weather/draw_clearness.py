@@ -5,6 +5,7 @@ hour; the numbers drawn are the same for all places, so that neighbours have the
 """
 
 import numpy as np
+import pandas as pd
 from scipy.special import ndtr, ndtri
 
 LEAST_DAY = 0.05  # clearness index of the cloudiest day (Bendt et al. 1981)
@@ -49,11 +50,8 @@ def rank_days(normals, month):
     last = normals[0]
     for day, fresh in enumerate(normals):
         last = chain[day] = DAY_MEMORY * last + np.sqrt(1 - DAY_MEMORY**2) * fresh
-    quantile = np.empty(len(chain))
-    for each in np.unique(month):
-        days = np.flatnonzero(month == each)
-        quantile[days] = (chain[days].argsort(kind="stable").argsort(kind="stable") + 0.5) / len(days)
-    return quantile
+    of_month = pd.Series(chain).groupby(month)
+    return ((of_month.rank(method="first") - 0.5) / of_month.transform("size")).to_numpy()
 
 
 def draw_days(mean, cleanest, quantile, month):
@@ -184,7 +182,5 @@ def scale_to_sums(clearness, cleanest, outside, sums, starts):
     def scale(logarithm):
         return np.minimum(clearness * np.repeat(np.exp(logarithm), length, axis=1), cleanest)
 
-    def is_short(logarithm):
-        return np.add.reduceat(scale(logarithm) * outside, starts, axis=1) < sums
-
-    return scale(bisect(is_short, np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)))
+    ends = np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)
+    return scale(bisect(lambda one: np.add.reduceat(scale(one) * outside, starts, axis=1) < sums, *ends))

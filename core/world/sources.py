@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import INTERVAL, LABEL, clear_sky, climate_records, hours_of_year, look_up_altitude
-from ..weather.climate_grid import is_land, look_up_normals
+from ..weather.climate import INTERVAL, LABEL, clear_sky, hours_of_year, look_up_altitude, make_climates
+from ..weather.climate_grid import LEAST_LATITUDE, is_land
 from ..weather.read_era5 import NEEDED, convert_era5, read_block
 from ..weather.weather import Record
 
@@ -69,7 +70,10 @@ def regular_axes(step, latitudes=None, longitudes=None):
     check_region(latitudes, longitudes)
     south, north = latitudes or (SOUTH, NORTH)
     west, east = longitudes or (WEST, EAST)
-    rows, columns = multiples(south, north, step), multiples(west, east + 360.0 * (east < west), step)
+    rows, columns = (
+        first + step * np.arange(int(np.floor((last - first) / step + 1e-9)) + 1)
+        for first, last in ((south, north), (west, east + 360.0 * (east < west)))
+    )
     return rows, np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
 
 
@@ -80,11 +84,6 @@ def check_region(latitudes=None, longitudes=None):
         if limits and not (-most <= limits[0] <= limits[1] <= most):
             problem = f"{limits[0]:g} to {limits[1]:g} is no range"
             raise InputError(option, problem, f"give two ascending numbers from -{most:g} to {most:g}")
-
-
-def multiples(first, last, step):
-    """Numbers from the first to at most the last, a step apart."""
-    return first + step * np.arange(int(np.floor((last - first) / step + 1e-9)) + 1)
 
 
 def thin_axis(axis, step, limits):
@@ -147,16 +146,16 @@ def model_source(places, name, request, off_land="blank"):
     def read(chunk):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
-        land = [off_land == "climate" or is_land(*place) for place in at] if name == "climate" else [False] * len(at)
-        known = [k for k, place in enumerate(at) if land[k] and look_up_normals(*place) is not None]
-        records = {}
+        asked = enumerate(at if name == "climate" else [])
+        known = [k for k, one in asked if one[0] >= LEAST_LATITUDE and (off_land == "climate" or is_land(*one))]
+        records, clear = {}, "clear-sky" in (name, off_land)
         if known:
             zenith = np.stack([suns[k]["apparent_zenith"].to_numpy() for k in known])
             axes = map(list, zip(*(at[k] for k in known), strict=True))
-            records = dict(zip(known, climate_records(*axes, request.year, request.weather_seed, zenith), strict=True))
+            records = dict(zip(known, make_climates(*axes, request.year, request.weather_seed, zenith), strict=True))
         found = []
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
-            code = CLIMATE if k in records else NOTHING if name == "climate" and off_land != "clear-sky" else CLEAR
+            code = CLIMATE if k in records else CLEAR if clear else NOTHING
             if code == CLEAR:
                 records[k] = clear_sky(*place, look_up_altitude(*place), request.year, sun=own)
             weather = add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
@@ -189,11 +188,15 @@ def grid_source(grid, places, picked, request, years=None):
     """
     rows, columns = picked
     width = len(columns)
-    suns, checked, nearest = {}, [], max(CHECKED, np.abs(places.latitude).min())
+    suns, checked, nearest = [], [], max(CHECKED, np.abs(places.latitude).min())
+    stamps = pd.DatetimeIndex(np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files])))
+    if missing := sorted(set(years or ()) - set(stamps.year)):
+        raise InputError("--years", f"{', '.join(map(str, missing))} not in the weather files", "leave them out")
+    kept = np.flatnonzero(stamps.year.isin(years)) if years else slice(None)
 
     def read(chunk):
         row = chunk[0] // width
-        block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(latitude=0)
+        block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(latitude=0, time=kept)
         found = []
         for number, one in enumerate(chunk):
             table = block.isel(longitude=number).to_dataframe()
@@ -202,12 +205,10 @@ def grid_source(grid, places, picked, request, years=None):
                 continue
             place = latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
             source = f"{grid.source} at {latitude:g}°, {longitude:g}°"
-            record = Record(keep_years(convert_era5(table), years), *place, look_up_altitude(*place), source, "")
+            record = Record(convert_era5(table), *place, look_up_altitude(*place), source, "")
             interval = check_weather(record)
-            key = (len(record.data), record.data.index[0])
-            if key not in suns:
-                suns[key] = geocentric_sun(record.data.index, interval)
-            own = sun_of_place(suns[key], *place)
+            suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
+            own = sun_of_place(suns[0], *place)
             if not checked and abs(latitude) <= nearest:
                 checked.append(one)  # the first place stands for the files: the check takes longer than a place
                 try:
@@ -218,22 +219,10 @@ def grid_source(grid, places, picked, request, years=None):
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
-    stamps = np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
     together = int(max(1, min(360, MOST // (8 * 6 * len(stamps)))))
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])
-
-
-def keep_years(data, years):
-    """Rows of some calendar years of the files' stamps, which end the intervals."""
-    if not years:
-        return data
-    year = (data.index + (data.index[1] - data.index[0])).year
-    inside, missing = np.isin(year, list(years)), sorted(set(years) - set(year))
-    if missing:
-        raise InputError("--years", f"{', '.join(map(str, missing))} not in the weather files", "leave them out")
-    return data[inside]
 
 
 def station_source(weathers, names):

@@ -90,14 +90,14 @@ def test_months_share_the_year_as_in_their_sources():
 
 def test_months_are_met_to_the_rounding():
     places = list(CELLS)
-    made = make_climates(*zip(*places, strict=True))
+    made = [record.data for record in make_climates(*zip(*places, strict=True))]
     normals = [look_up_normals(*place) for place in places]
     annual = np.array([[found.ghi] for found in normals]) * 365_000
-    sky = cleanest_sky(places, made["times"], np.array([[look_up_altitude(*place)] for place in places]), annual)
-    target = monthly_sums(annual, normals, sky, made["times"])
+    sky = cleanest_sky(places, made[0].index, np.array([[look_up_altitude(*place)] for place in places]), annual)
+    target = monthly_sums(annual, normals, sky, made[0].index)
     np.testing.assert_allclose(target.sum(axis=1, keepdims=True), annual, rtol=1e-9)
-    for ghi, sums in zip(made["ghi"], target, strict=True):
-        np.testing.assert_allclose(monthly(pd.DataFrame({"ghi": ghi}, index=made["times"])), sums, rtol=1e-5, atol=0.05)
+    for data, sums in zip(made, target, strict=True):
+        np.testing.assert_allclose(monthly(data), sums, rtol=1e-5, atol=0.05)
 
 
 def test_a_leap_year_has_a_day_more():
@@ -157,16 +157,16 @@ def test_the_seed_orders_the_days_and_leaves_the_sums():
 def test_many_places_at_once_are_those_one_by_one():
     places = list(CELLS)[:4]
     made = make_climates(*zip(*places, strict=True), seed=3)
-    for index, place in enumerate(places):
-        data = climate(*place, seed=3).data
-        for name in data:
-            np.testing.assert_array_equal(made[name][index], data[name])
+    for record, place in zip(made, places, strict=True):
+        pd.testing.assert_frame_equal(record.data, climate(*place, seed=3).data, check_exact=True)
 
 
 def test_the_same_bits_everywhere():
     """Irradiance is rounded so far above a processor's own rounding that its bytes are the same on all of them."""
     made = make_climates([52.5, -33.4, 71.1], [13.4, -70.7, -156.6])
-    digest = hashlib.sha256(b"".join(made[name].astype("<f8").tobytes() for name in ("ghi", "dni"))).hexdigest()
+    digest = hashlib.sha256(
+        b"".join(one.data[name].to_numpy("<f8").tobytes() for name in ("ghi", "dni") for one in made)
+    ).hexdigest()
     assert digest[:16] == "bf97043e800d7e51"
 
 
