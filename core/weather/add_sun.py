@@ -4,11 +4,9 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..settings.errors import InputError
 from ..sun.solar_position import POSITION, is_sunny, solar_position
 from .weather import IRRADIANCES, Weather
 
-HORIZON_CUTS = ("measured", "neglect")
 COLUMNS = [*IRRADIANCES, "temp_air", "wind_speed", "pressure", *POSITION]
 
 
@@ -66,8 +64,6 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
     dict
         ghi, dhi, dni: (t,) [Wm⁻²].
     """
-    if horizon_cut not in HORIZON_CUTS:
-        raise InputError("horizon_cut", f"{horizon_cut!r} is unknown", f"give one of {', '.join(HORIZON_CUTS)}")
     sunny, height = is_sunny(apparent_zenith), np.maximum(np.cos(np.radians(apparent_zenith)), 0.0)
     ghi, dhi, dni = (given.get(name) for name in ("ghi", "dhi", "dni"))
     # Intervals with direct light: sun above the horizon, or above 2° if DNI has to be derived.

@@ -85,7 +85,6 @@ def read_typical(path, text, file_format):
 def lay_intervals(table, offset):
     """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time offset [h]."""
     data = table[[name for name in COLUMNS if name in table]].astype(float)
-    data.index = pd.DatetimeIndex(data.index).tz_convert("UTC")
     data, _ = coerce_year(data)
     data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - HALF_HOUR
     return data

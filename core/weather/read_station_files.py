@@ -79,8 +79,7 @@ def read_epw(path):
     # Pressure can be computed from the altitude of the station; the other variables have no substitute.
     if data["pressure"].isna().any():
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
-    data, typical = coerce_year(data)
-    data.index, notes = pd.DatetimeIndex(data.index).tz_convert("UTC"), []
+    (data, typical), notes = coerce_year(data), []
     found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
     if found:
         offset = float(found[1])
@@ -127,7 +126,6 @@ def read_tmy3(path):
         data["pressure"] *= 100.0  # mbar to Pa
     data.index = read_starts(path, table).tz_localize(int(3600 * zone))
     data, typical = coerce_year(data)
-    data.index = data.index.tz_convert("UTC")
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
     label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
     return Record(data, latitude, longitude, altitude, str(path), label, columns=TMY3)
@@ -179,7 +177,7 @@ def read_psm(path):
     data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(int(3600 * float(place["Time Zone"])))
     data, typical = coerce_year(data)
     interval = (data.index[1:] - data.index[:-1]).to_series().mode().iloc[0]
-    data.index = data.index.tz_convert("UTC") - interval / 2
+    data.index -= interval / 2
     label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
     latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
     return Record(data, latitude, longitude, altitude, str(path), label, columns=PSM)

@@ -115,8 +115,6 @@ def change_record(record, time_shift=0.0, without="none"):
     -------
     Record
     """
-    if without not in ("none", *IRRADIANCES):
-        raise InputError("--weather-without", f"{without!r} is unknown", f"give one of none, {', '.join(IRRADIANCES)}")
     data, notes = record.data, list(record.notes)
     if without in data:
         data = data.drop(columns=without)
@@ -161,7 +159,7 @@ def coerce_year(data):
     Returns
     -------
     data : pandas.DataFrame
-        Indexed in the same time zone, ascending.
+        Indexed in UTC, ascending in the file's own time zone.
     typical : bool
         Whether the year was changed.
     """
@@ -169,11 +167,11 @@ def coerce_year(data):
     leap_day = bool(((times.month == 2) & (times.day == 29)).any())
     steps = times[1:] - times[:-1]
     if len(set(times.year)) == 1 or len(set(steps)) == 1:
-        return data, False
+        return data.tz_convert("UTC"), False
     year = TYPICAL_LEAP_YEAR if leap_day else TYPICAL_YEAR
     days = pd.to_datetime(pd.DataFrame({"year": year, "month": times.month, "day": times.day}))
     moved = pd.DatetimeIndex(days).tz_localize(times.tz) + (times - times.normalize())
-    return data.set_axis(moved, axis=0).sort_index(kind="stable"), True
+    return data.set_axis(moved, axis=0).sort_index(kind="stable").tz_convert("UTC"), True
 
 
 def check_distance(weather, site, allowed=None, suns=None):
