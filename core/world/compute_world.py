@@ -70,12 +70,13 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
     """
     world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
     own = [find_groups(world, number) for number in range(len(environments))]
-
-    def run(chunk):
-        return [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)]
-
+    computed = map_in_order(
+        lambda chunk: [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)],
+        source.chunks,
+        usable_threads(threads),
+    )
     progress("world", 0, len(source.places), "places")
-    for chunk, results in zip(source.chunks, map_in_order(run, source.chunks, usable_threads(threads)), strict=True):
+    for chunk, results in zip(source.chunks, computed, strict=True):
         for place, (code, years, hours) in zip(chunk, results, strict=True):
             world.weather[place] = code
             world.years = years or world.years

@@ -185,7 +185,12 @@ def read_environments(texts, system, sky="isotropic"):
     """
     transfers = []
     for text in texts:
-        name, path = split_name(text)
+        name, equals, path = text.partition("=")
+        if equals and not (name and path):
+            raise InputError(text, "is not NAME=PATH", CURE)
+        if not equals:
+            path, place = text, Path(text).absolute()
+            name = (place.parent if place.name == "transfer.nc" else place).name.removesuffix(".nc")
         file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
         if path == UNSHADED:
             transfers.append((name, "closed form", unshaded_transfer()))
@@ -201,15 +206,3 @@ def read_environments(texts, system, sky="isotropic"):
     if double:
         raise InputError("ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc")
     return found, sky
-
-
-def split_name(text):
-    """Name and path of an argument."""
-    name, equals, path = text.partition("=")
-    if equals and not (name and path):
-        raise InputError(text, "is not NAME=PATH", CURE)
-    if equals:
-        return name, path
-    path = Path(text).absolute()
-    named = path.parent if path.name == "transfer.nc" else path
-    return named.name.removesuffix(".nc"), text

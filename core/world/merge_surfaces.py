@@ -34,7 +34,12 @@ def merge_surfaces(environment, most):
     if len(environment.weight) <= most:
         return environment
     block, weight = environment.block, environment.weight
-    pieces = split_surfaces(describe_surfaces(block), weight, environment.first, most)
+    # What decides on the light of each surface, in few numbers: (n, k).
+    count = len(block.visible_share)
+    mixer = np.random.default_rng(SEED).normal(size=(count, FEATURES)).astype(SINGLE) / np.sqrt(count)
+    light = [block.visible_share.T @ mixer, block.diffuse[:, None], block.reflected.mean(axis=0)[:, None]]
+    features = np.concatenate([*light, TURN * block.normal.T], axis=1)
+    pieces = split_surfaces(features, weight, environment.first, most)
     group = np.array([np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces])
     pieces = [pieces[k] for k in np.argsort(group, kind="stable")]
     return replace(
@@ -44,15 +49,6 @@ def merge_surfaces(environment, most):
         sources=mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
         block=merge_block(block, weight, pieces, environment.sky.direction),
     )
-
-
-def describe_surfaces(block):
-    """What decides on the light of each surface, in few numbers: (n, k)."""
-    rng = np.random.default_rng(SEED)
-    mixer = rng.normal(size=(len(block.visible_share), FEATURES)).astype(SINGLE) / np.sqrt(len(block.visible_share))
-    seen = block.visible_share.T @ mixer
-    normal = TURN * block.normal.T
-    return np.concatenate([seen, normal, block.diffuse[:, None], block.reflected.mean(axis=0)[:, None]], axis=1)
 
 
 def split_surfaces(features, share, first, most):

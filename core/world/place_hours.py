@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..energy.power import HALF, MIDDLE, spectral_factor
-from ..energy.pv_system import MOUNTINGS
+from ..energy.power import HALF, MIDDLE, cell_heating, spectral_factor
 from ..results.write_tables import share_periods
 from ..sun.sky_grid import match_triangles
 from ..sun.sky_models import split_sky
@@ -59,8 +58,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     parts = split_sky(weather, sky)
     relative = pvlib.atmosphere.get_relative_airmass(column["apparent_zenith"], "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
-    # The thermal model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
-    slope = pvlib.temperature.sapm_cell(1.0, 0.0, column["wind_speed"], **MOUNTINGS[system.mounting])
+    dark, slope = cell_heating(column["temp_air"], column["wind_speed"], system)
     return PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
@@ -70,7 +68,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
         dni=column["dni"],
         ground=parts.circumsolar_horizontal[lit],
         caps=parts.caps,
-        heating=np.stack([slope / HALF, (column["temp_air"] - MIDDLE) / HALF], axis=1).astype(SINGLE),
+        heating=np.stack([slope[:, 0] / HALF, (dark - MIDDLE) / HALF], axis=1).astype(SINGLE),
         spectral_factor=spectral_factor(airmass, system).astype(SINGLE),
         share=share_periods(data.index[lit], interval, weather.longitude),
         length=interval / pd.Timedelta(hours=1) / years,

@@ -50,7 +50,8 @@ def sum_groups(environment, hours, sunlight, model):
     dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
     sources = np.stack([view, dark]), reflected  # views of bright, and of dark sources
     surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
-    tables = model.incidence, model.efficiency, model.diffuse_share
+    powers = tuple(model.efficiency[::-1])  # of temperature; a tuple, so that the loop over them is vectorised
+    tables = model.incidence, powers, model.diffuse_share
     loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
 
@@ -60,7 +61,8 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
-    diffuse, far_ground, sky, iam, sources = surfaces
+    diffuse, far_ground, sky, iam, (views, reflected) = surfaces
+    east, north, up = seen[2]
     incidence, efficiency, diffuse_share = tables
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
@@ -71,23 +73,35 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
         if sunward > NONE:
             for node in range(index.shape[1]):
                 add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
-            enter_glass(direction[hour], seen[2], incidence, direct, beam)
+            # Direct sunlight after the modules' incidence angle modifier.
+            x, y, z = direction[hour]
+            for i in range(count):
+                cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
+                beam[i] = np.sqrt(max(ONE - cosine, NONE)) * ANGLE_SCALE + HALF_NODE
+            for i in range(count):
+                beam[i] = incidence[np.uint32(beam[i])] * direct[i]
         for source in range(light.shape[1] - 2):
-            add_source(source, light[hour, 2 + source], sources, iam[2 + source], (low, caught_low, scattered))
-        ground = level[hour]
-        hot, cold, bright = heating[hour, 0], heating[hour, 1], spectral[hour]
+            # What comes from a traced source, before and after the modules' glass, and what is reflected of it.
+            bright = light[hour, 2 + source]
+            view = views[0, source] if bright > NONE else views[1, source]
+            back, passed = reflected[source], iam[2 + source]
+            for i in range(count):
+                low[i] += bright * view[i]
+                caught_low[i] += bright * view[i] * passed[i]
+                scattered[i] += bright * back[i]
+        ground, hot, cold, passing = level[hour], heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
             straight = dome * sky[i]
             rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low[i]
             # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the sources.
             caught = (rest - low[i]) * iam[1, i] + straight * (iam[0, i] - iam[1, i]) + caught_low[i]
-            effective[i] = bright * (beam[i] + diffuse_share * caught)
+            effective[i] = passing * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
             straight = dome * sky[i]
-            effective[i] = bright * (beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i]))
+            effective[i] = passing * (beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i]))
             total[i] = (direct[i] + straight + low[i]) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, group_count:])
@@ -109,48 +123,14 @@ def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def add_source(number, light, sources, iam, sums):
-    """Add a traced source to what comes from all, before and after the modules' glass, and to what is reflected."""
-    views, reflected = sources
-    low, caught, scattered = sums
-    view = views[0, number] if light > NONE else views[1, number]
-    back = reflected[number]
-    for i in range(len(low)):
-        low[i] += light * view[i]
-        caught[i] += light * view[i] * iam[i]
-        scattered[i] += light * back[i]
-
-
-@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def enter_glass(sun, normal, incidence, direct, beam):
-    """Direct sunlight after the modules' incidence angle modifier [Wm⁻²]."""
-    x, y, z = sun
-    east, north, up = normal
-    for i in range(len(direct)):
-        cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
-        beam[i] = np.sqrt(max(ONE - cosine, NONE)) * ANGLE_SCALE + HALF_NODE
-    for i in range(len(direct)):
-        beam[i] = incidence[np.uint32(beam[i])] * direct[i]
-
-
-@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def convert(effective, temperature, efficiency):
-    """Replace effective irradiance by capacity factors, at scaled cell temperatures."""
-    if len(efficiency) == 3:  # of the Sandia library; a loop of known length is vectorised
-        constant, linear, square = efficiency
-        for i in range(len(effective)):
-            bright = max(effective[i], NONE)
-            node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))
-            warm = temperature[i]
-            effective[i] = ((square[node] * warm + linear[node]) * warm + constant[node]) * bright
-        return
-    terms = len(efficiency)
+    """Replace effective irradiance by capacity factors, at scaled cell temperatures; the highest power comes first."""
     for i in range(len(effective)):
         bright = max(effective[i], NONE)
         node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))
-        value = efficiency[terms - 1, node]
-        for term in range(terms - 2, -1, -1):
-            value = value * temperature[i] + efficiency[term, node]
+        value = NONE
+        for power in efficiency:
+            value = value * temperature[i] + power[node]
         effective[i] = value * bright
 
 
