@@ -18,7 +18,8 @@ if __package__ in (None, ""):
 
 from citypv.core.city.city import take_polygons
 from citypv.core.city.edit_city import Change, edit_city
-from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
+from citypv.core.light.edit_light import edit_light, trace_editable
+from citypv.core.light.editable_city import prepare_decided
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
@@ -123,7 +124,9 @@ def main():
         if number < options.full:
             start = read_clock()
             again = stand_city(changed, request, like=replace(scene, trail=None, drawn=None))
-            whole = trace_editable(prepare_edit(base, again, request), base.suns, request, specular=specular_of)
+            whole = trace_editable(
+                prepare_decided(base.decisions, again, request), base.suns, request, specular=specular_of
+            )
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
             share.append((end - listener.start) / full[-1][:2])

@@ -6,18 +6,19 @@ import numpy as np
 from numba import njit
 
 from ..patches.patches import Patches
-from ..rays.random_numbers import are_among, mix, name_rows
+from ..rays.random_numbers import mix, mix_columns, name_rows
 
-WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by number
-LEAST = 1e-12  # part of a direction along an axis that is told from none
+WITHOUT = ("albedo", "other_side")  # of Patches: rays do not depend on the one, the other is told by name
 ABOVE = 1e-6  # sine of an angle, more than rounding
+LEAST = 1e-12  # part of a direction along an axis that is told from none
 FROM_BEHIND = -1e-3  # cosine of incidence, less by more than rounding than that of a sun in the patch's plane
 
 
 def match_patches(before, after):
-    """The same patch of another PreparedScene for each patch: (p,) int, -1 if there is none.
+    """The same patch of another PreparedScene with its tree for each patch: (p,) int, -1 if there is none.
 
-    Two patches are the same if all is that their rays follow from, the triangle that others meet included.
+    Two patches are the same if all is that their rays follow from, the triangle that others meet, its other side and
+    the faces that coincide with it included.
     """
     names = [name_patches(one) for one in (before, after)]
     place = np.full(len(names[1]), -1)
@@ -29,42 +30,14 @@ def match_patches(before, after):
 def name_patches(prepared):
     """A number of 64 bits for each patch that tells all of it but its albedo: (p,) uint64, distinct."""
     corners = np.asarray(prepared.scene.vertices, float)[prepared.scene.triangles]
-    names = [one.name for one in fields(Patches) if one.name not in WITHOUT]
-    return name_rows([corners, *(getattr(prepared.patches, name) for name in names)])
-
-
-def mark_altered(cities, after):
-    """Patches of both cities, (o,) and (p,) bool, of which another one is the other side, or that coincide with others.
-
-    Parameters
-    ----------
-    cities : tuple of TracedCity and PreparedScene
-    after : (o,) int
-    """
-    before, prepared = cities
-    number = np.append(after, -1)
-    one, other = before.context.ray_scene.coincident, prepared.plan.ray_scene.coincident
-    sides = number[before.prepared.patches.other_side], prepared.patches.other_side
-    new = np.zeros(len(prepared.patches), bool)
-    kept = np.flatnonzero(after >= 0)
-    new[after[kept]] = sides[0][kept] != sides[1][after[kept]]
-    pairs = [
-        (np.repeat(np.arange(len(pairs.start) - 1), np.diff(pairs.start)), pairs.other, pairs.places)
-        for pairs in (one, other)
-    ]
-    names = []
-    for (face, met, places), numbers in zip(pairs, (number, np.arange(len(new))), strict=True):
-        words = np.zeros(len(face), np.uint64)
-        columns = numbers[face], numbers[met], np.sign(met - face), *places.reshape(len(face), 6).view(np.int64).T
-        for column in columns:
-            words = mix(words + np.uint64(1) ^ column.astype(np.int64).view(np.uint64))
-        names.append((numbers[face], words))
-    for (face, mine), (_, theirs) in zip(names, names[::-1], strict=True):
-        odd = face[~are_among(mine, theirs)]
-        new[odd[odd >= 0]] = True
-    old = np.zeros(len(after), bool)
-    old[kept] = new[after[kept]]
-    return old, new
+    parts = [getattr(prepared.patches, one.name) for one in fields(Patches) if one.name not in WITHOUT]
+    names, pairs = name_rows([corners, *parts]), prepared.plan.ray_scene.coincident
+    found = mix_columns((names, np.append(names, np.uint64(0))[prepared.patches.other_side]))
+    face = np.repeat(np.arange(len(names)), np.diff(pairs.start))
+    order = np.sign(pairs.other - face).astype(np.int64)  # of coincident faces the first one counts
+    columns = names[pairs.other], order.view(np.uint64), *pairs.places.reshape(-1, 6).view(np.uint64).T
+    np.add.at(found, face, mix_columns(columns))
+    return found
 
 
 def name_trees(foliage):
@@ -73,11 +46,8 @@ def name_trees(foliage):
         return np.zeros(0, np.uint64)
     crowns = foliage.crowns
     parts = np.column_stack([crowns.vertices[crowns.triangles].reshape(-1, 9), crowns.trunk])
-    words = np.zeros(len(parts), np.uint64)
-    for column in parts.T:
-        words = mix(words + np.uint64(1) ^ np.ascontiguousarray(column).view(np.uint64))
     names = np.zeros(len(crowns), np.uint64)
-    np.add.at(names, crowns.tree, words)
+    np.add.at(names, crowns.tree, mix_columns(np.ascontiguousarray(parts.T, float).view(np.uint64)))
     for depth in (*foliage.in_leaf, *foliage.bare):
         names = mix(names ^ np.ascontiguousarray(depth, float).view(np.uint64))
     return names
@@ -101,32 +71,23 @@ def pass_boxes(patches, directions, boxes, found):
     found[:] = False
     if not len(boxes):
         return
-    order = np.argsort(directions[:, 2])
-    along = np.ascontiguousarray(directions[order].T)
-    inverse, facing = 1 / np.where(np.abs(along) > LEAST, along, LEAST), np.empty(len(order), np.bool_)
     for patch in range(len(middle)):
         low, high = boxes[0, 0] - radius[patch] - middle[patch], boxes[0, 1] + radius[patch] - middle[patch]
-        x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
         # Suns above the box around all stand behind none.
         aside = np.hypot(max(low[0], -high[0], 0.0), max(low[1], -high[1], 0.0))
-        highest = max(high[2], 0.0) / np.hypot(high[2], aside) if aside > 0 else 1.0
-        below, some = np.searchsorted(along[2], highest + ABOVE), False
-        # That box first, of several suns at a time, and so without branches.
-        for sun in range(below):
-            a, b = low[0] * inverse[0, sun], high[0] * inverse[0, sun]
-            c, d = low[1] * inverse[1, sun], high[1] * inverse[1, sun]
-            e, f = low[2] * inverse[2, sun], high[2] * inverse[2, sun]
-            near, far = max(min(a, b), min(c, d), min(e, f), 0.0), min(max(a, b), max(c, d), max(e, f))
-            cosine = x * along[0, sun] + y * along[1, sun] + z * along[2, sun]
-            facing[sun] = (near <= far) & (cosine >= FROM_BEHIND)
-            some |= facing[sun]
-        if some:
-            for place in np.flatnonzero(facing[:below]):
-                sun = order[place]
-                for box in range(1, len(boxes)):
-                    if passes(middle[patch], directions[sun], boxes[box], radius[patch]):
-                        found[patch, sun] = True
-                        break
+        highest = max(high[2], 0.0) / np.hypot(high[2], aside) + ABOVE if aside > 0 else 1.0
+        for sun in range(len(directions)):
+            if directions[sun, 2] > highest:
+                continue
+            cosine = 0.0
+            for axis in range(3):
+                cosine += normal[patch, axis] * directions[sun, axis]
+            if cosine < FROM_BEHIND or not passes(middle[patch], directions[sun], boxes[0], radius[patch]):
+                continue
+            for box in range(1, len(boxes)):
+                if passes(middle[patch], directions[sun], boxes[box], radius[patch]):
+                    found[patch, sun] = True
+                    break
 
 
 @njit(nogil=True, cache=True)

@@ -95,14 +95,10 @@ def difference_of_state(cities, rows, state):
             total += np.bincount(members % len(total), of_patch, len(total))  # the last one is for all others
         return total[:-1]
 
-    def differ(field):
-        """Difference of a field of the errors of surfaces, of a light of both cities."""
-        return lambda lights: np.subtract(*(getattr(light.error, field)[some] for light, some in lights))
-
     lights = {name: (one.lights[name], other.lights[name]) for name in other.lights}
     transported, left = (
-        {name: differ(field)(list(zip(pair[::-1], rows[::-1], strict=True))) for name, pair in lights.items()}
-        for field in ("transported", "discretisation")
+        {name: getattr(b.error, part)[rows[1]] - getattr(a.error, part)[rows[0]] for name, (a, b) in lights.items()}
+        for part in ("transported", "discretisation")
     )
     by_replicate = {name: [light.by_replicate for light in pair] for name, pair in lights.items()}
     own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}

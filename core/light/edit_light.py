@@ -22,9 +22,9 @@ from ..rays.trail import AROUND, ROUNDING, begin_trail, boxes_of, boxes_of_patch
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, work_in_slices
-from .compare_cities import mark_altered, match_patches, name_trees, pass_boxes, rays_through
-from .editable_city import EditableCity, check_editable, prepare_decided
-from .form_factors import Rows, join_rows, leave_rows
+from .compare_cities import match_patches, name_trees, pass_boxes, rays_through
+from .editable_city import EditableCity, prepare_decided
+from .form_factors import Rows, leave_rows
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
 from .trace_gather import trace_light
@@ -59,9 +59,15 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     InputError
         It is a tile, a further round, or asks for another estimator than gather.
     """
-    check_editable(prepared, request)
+    if request.estimator != "gather":
+        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
+    if prepared.scene.halo is not None:
+        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
+    if prepared.patches.points_before.any():
+        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
     prepared = replace(build_tree(prepared, request), editable=True)
-    trail = known.new_trail if known else begin_trail(prepared.scene, boxes_of_patches(prepared.patches))
+    boxes = boxes_of_patches(prepared.patches)
+    trail = known.trail.of_others(boxes, known.place) if known else begin_trail(prepared.scene, boxes)
     prepared.plan.ray_scene.trail = trail
     city = trace_light(prepared, suns, request, progress, specular=specular(prepared), known=known)
     return EditableCity(suns, request, city, trail, specular)
@@ -99,17 +105,12 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     if scene.site != base.scene.site:
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
-    prepared = prepare_edit(base, scene, request, progress)
+    prepared = prepare_decided(base.decisions, scene, request, progress)
     progress(MATCHING, 0, len(prepared.patches), "patches")
     prepared = build_tree(prepared, request)
     progress(MATCHING, 0, len(prepared.patches), "patches")
     known = Known(base.city, prepared, base.trail, preview, progress)
     return trace_editable(prepared, base.suns, request, progress, specular=base.specular, known=known)
-
-
-def prepare_edit(base, scene, request, progress=silent):
-    """Materials and patches of an edited city, with the decisions of the base: PreparedScene."""
-    return prepare_decided(base.decisions, scene, request, progress)
 
 
 class Known:
@@ -136,12 +137,9 @@ class Known:
 
     @cached_property
     def solids(self):
-        """Triangles only one of the two cities has, and such as coincide with others in one only: (k, 3, 3) [m]."""
-        lost, new = self.after < 0, self.place < 0
-        one, other = mark_altered((self.before, self.prepared), self.after)
-        return np.concatenate(
-            [corners_of(self.before.prepared.scene, lost | one), corners_of(self.prepared.scene, new | other)]
-        )
+        """Triangles of patches that only one of the two cities has: (k, 3, 3) [m]."""
+        scenes = (self.before.prepared.scene, self.after < 0), (self.prepared.scene, self.place < 0)
+        return np.concatenate([corners_of(*one) for one in scenes])
 
     @cached_property
     def crowns(self):
@@ -165,29 +163,53 @@ class Known:
         """Patches of which something else may be covered, or without room for modules: (p,) bool."""
         return (self.place < 0) | self.trail.passing(self.boxes[1:])[self.place]
 
-    @property
-    def new_trail(self):
-        """Trail of the edited city, so far as it is known."""
-        return self.trail.of_others(boxes_of_patches(self.prepared.patches), self.place)
-
     @cached_property
     def same(self):
-        """Patches whose rays meet what they met before: (p,) bool."""
-        return find_same(self)
+        """Patches the city had before, covered as before, and whose rays end at the same triangles: (p,) bool."""
+        before, place, patches = self.before, self.place, self.prepared.patches
+        context, traced, now = before.context, before.states[0].traced, self.prepared.plan.ray_scene
+        covered = traced.covered[place]
+        same, in_earth = (place >= 0) & (traced.samples[place] > 0), covered.any(axis=1)
+        self.progress(STAGE, 0, 1, "tasks")
+        rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(self.boxes) else np.zeros(0, int)
+        scenes = [
+            RayScene(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+            for corners in (self.solids, self.crowns)
+        ]
+        number = np.append(np.where(self.after < 0, -2, self.after), -1)
 
-    def renumber(self, form_factors):
-        """Hits of these patches' rays, with the numbers that patches have now: list of Rows."""
-        found = {}
-        bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
-        rising = (np.diff(self.place[self.place >= 0]) > 0).all()
-        kept = np.append(self.same, False)[self.after]
-        for rows in form_factors.rows:
-            part = leave_rows(rows, kept[rows.chosen])
-            key = (self.after[part.key >> bits] << bits | part.key & (1 << bits) - 1).astype(np.int32)
-            if not rising:
-                key = key[np.lexsort([key, np.repeat(np.arange(len(part.chosen)), np.diff(part.start))])]
-            found.setdefault(part.rays, []).append(Rows(self.after[part.chosen], part.start, key, part.rays))
-        return [part for alike in found.values() for part in join_rows(alike)]
+        def differ(task):
+            """Which patches of a task have a ray that ends elsewhere now."""
+            chosen, count = task
+            other, sequence = np.zeros(len(chosen), bool), sobol_digits(count // HEMISPHERE_REPLICATES)
+            normal, corner = patches.normal[chosen].astype(float), patches.corner[chosen].astype(float)
+            ahead = ((np.where(normal > 0, self.boxes[0, 1], self.boxes[0, 0]) - corner) * normal).sum(axis=1) > -NEARLY
+            facing = np.flatnonzero(ahead | in_earth[chosen])
+            for rows, rays in rays_of_patches(context, patches, chosen[facing], sequence):
+                origins, directions = (np.ascontiguousarray(part.reshape(-1, 3)) for part in rays)
+                owner = np.repeat(facing[rows], rays[0].shape[1])
+                # Along the ground line rays are tested for starting below ground.
+                low = np.flatnonzero(in_earth[chosen[owner]])
+                up = np.tile(np.float32([0, 0, 1]), (len(low), 1))
+                other[owner[low][scenes[0].trace_closest(origins[low], up) >= 0]] = True
+                near = rays_through((origins, directions), self.boxes[0], ROUNDING)
+                origins, directions, owner = origins[near], directions[near], owner[near]
+                other[owner[scenes[1].trace_closest(origins, directions) >= 0]] = True
+                met = scenes[0].trace_closest(origins, directions) >= 0
+                ends = [one.trace_places(origins[met], directions[met]).triangle for one in (context.ray_scene, now)]
+                other[owner[met][number[ends[0]] != ends[1]]] = True
+            return chosen[other]
+
+        tasks, counts = [], traced.samples[place[rows]]
+        for count in np.unique(counts):
+            some, step = rows[counts == count], max(1, RAYS_PER_TASK // int(count))
+            tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
+        for done, changed in enumerate(map_in_order(differ, tasks, context.threads)):
+            self.progress(STAGE, done, len(tasks), "tasks")
+            same[changed] = False
+        asked = same & self.asked
+        found = find_cover(now, patches, asked, context.threads, self.progress)
+        return same & ~(asked & (found != covered).any(axis=1))
 
     @cached_property
     def states(self):
@@ -197,8 +219,19 @@ class Known:
 
     @cached_property
     def rows(self):
-        """Of `renumber`, in each of these."""
-        return [one.form_factors and self.renumber(one.form_factors) for one in self.states]
+        """Hits of these patches' rays, with the numbers that patches have now: a list of Rows of each state."""
+        kept, found = np.append(self.same, False)[self.after], []
+        rising = (np.diff(self.place[self.place >= 0]) > 0).all()
+        for form_factors in (one.form_factors for one in self.states):
+            found.append([])
+            for rows in form_factors.rows if form_factors else ():
+                part = leave_rows(rows, kept[rows.chosen])
+                bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
+                key = (self.after[part.key >> bits] << bits | part.key & (1 << bits) - 1).astype(np.int32)
+                if not rising:
+                    key = key[np.lexsort([key, np.repeat(np.arange(len(part.chosen)), np.diff(part.start))])]
+                found[-1].append(Rows(self.after[part.chosen], part.start, key, part.rays))
+        return found
 
     def put(self, found, chosen):
         """Write what is known of some patches, (p,) bool, to the Traced of each state: (p,) bool, of which."""
@@ -210,7 +243,7 @@ class Known:
                     getattr(first, part)[known] = getattr(old.first[name], part)[rows]
             for name in ("far_ground", "element_far_ground", "open_share", "covered"):
                 getattr(new, name)[known] = getattr(old, name)[rows]
-            for part in hits or ():
+            for part in hits:
                 new.form_factors.put(leave_rows(part, known[part.chosen]))
         return known
 
@@ -229,7 +262,13 @@ class Known:
         kept &= (watch.covered == old.covered[rows]).all(axis=1)
         bits = self.before.task.bits
         bits = [bits[min(state, len(bits) - 1)] for state in range(self.prepared.states)]
-        return KnownShadows(bits, np.where(kept, rows, -1), balls_of(watch.patches), self.boxes, watch.threads)
+        # A ball around each patch, rays' origins included.
+        patches = watch.patches
+        corners = patches.corner[:, None].astype(float) + np.pad(patches.edges.astype(float), ((0, 0), (1, 0), (0, 0)))
+        middle = corners.mean(axis=1)
+        radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patches.offset + NEARLY
+        balls = middle, radius, patches.normal.astype(float)
+        return KnownShadows(bits, np.where(kept, rows, -1), balls, self.boxes, watch.threads)
 
 
 @dataclass
@@ -238,7 +277,7 @@ class KnownShadows:
 
     bits: list  # of (o, words, s) uint16, of `Shadows` in each state of the trees
     place: np.ndarray  # (p,) int, the patch before whose bits hold where nothing has changed; -1: none
-    balls: tuple  # of `balls_of` the p patches
+    balls: tuple  # (p, 3), (p,) and (p, 3) float64 [m], a ball around each patch and its normal
     boxes: np.ndarray  # (k, 2, 3) float64 [m], around all that has changed
     threads: int
 
@@ -259,81 +298,6 @@ class KnownShadows:
 
         work_in_slices(look, len(self.place), self.threads)
         return bits, asked
-
-
-def balls_of(patches):
-    """A ball around each patch, rays' origins included, and its normal: (p, 3), (p,) and (p, 3) float64 [m]."""
-    corner, edges = patches.corner.astype(float), patches.edges.astype(float)
-    middle = corner + edges.sum(axis=1) / 3
-    corners = np.stack([corner, corner + edges[:, 0], corner + edges[:, 1]], axis=1)
-    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patches.offset + NEARLY
-    return middle, radius, patches.normal.astype(float)
-
-
-def find_same(known):
-    """Patches that a city had before, whose cells are covered as before, and whose rays end at the same triangles.
-
-    Parameters
-    ----------
-    known : Known
-
-    Returns
-    -------
-    (p,) bool
-    """
-    before, prepared, place = known.before, known.prepared, known.place
-    context, traced, patches = before.context, before.states[0].traced, prepared.patches
-    same = (place >= 0) & (traced.samples[place] > 0)
-    covered = traced.covered[place]
-    in_earth = covered.any(axis=1)
-    known.progress(STAGE, 0, 1, "tasks")
-    rows = np.flatnonzero(same & ~covered.all(axis=1)) if len(known.boxes) else np.zeros(0, int)
-    scenes = [scene_of(corners) for corners in (known.solids, known.crowns)]
-    number, after = np.append(np.where(known.after < 0, -2, known.after), -1), prepared.plan.ray_scene
-
-    def differ(task):
-        """Which patches of a task have a ray that ends elsewhere now."""
-        chosen, count = task
-        other, sequence = np.zeros(len(chosen), bool), sobol_digits(count // HEMISPHERE_REPLICATES)
-        facing = np.flatnonzero(rises_in_front(patches, chosen, *known.boxes[0]) | in_earth[chosen])
-        for rows, rays in rays_of_patches(context, patches, chosen[facing], sequence):
-            origins, directions = (np.ascontiguousarray(part.reshape(-1, 3)) for part in rays)
-            owner = np.repeat(facing[rows], rays[0].shape[1])
-            # Along the ground line rays are tested for starting below ground.
-            low = np.flatnonzero(in_earth[chosen[owner]])
-            up = np.tile(np.float32([0, 0, 1]), (len(low), 1))
-            other[owner[low][scenes[0].trace_closest(origins[low], up) >= 0]] = True
-            near = rays_through((origins, directions), known.boxes[0], ROUNDING)
-            origins, directions, owner = origins[near], directions[near], owner[near]
-            other[owner[scenes[1].trace_closest(origins, directions) >= 0]] = True
-            met = scenes[0].trace_closest(origins, directions) >= 0
-            ends = [one.trace_places(origins[met], directions[met]).triangle for one in (context.ray_scene, after)]
-            other[owner[met][number[ends[0]] != ends[1]]] = True
-        return chosen[other]
-
-    tasks = []
-    counts = traced.samples[place[rows]]
-    for count in np.unique(counts):
-        some, step = rows[counts == count], max(1, RAYS_PER_TASK // int(count))
-        tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]
-    for done, changed in enumerate(map_in_order(differ, tasks, context.threads)):
-        known.progress(STAGE, done, len(tasks), "tasks")
-        same[changed] = False
-    asked = same & known.asked
-    now = find_cover(after, patches, asked, context.threads, known.progress)
-    return same & ~(asked & (now != covered).any(axis=1))
-
-
-def scene_of(corners):
-    """Triangles, (k, 3, 3) [m], for tracing: RayScene."""
-    return RayScene(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
-
-
-def rises_in_front(patches, chosen, low, high):
-    """Whether some part of a box, from `low` to `high`, lies in front of patches: (c,) bool."""
-    normal, corner = patches.normal[chosen].astype(float), patches.corner[chosen].astype(float)
-    highest = np.where(normal > 0, high, low)
-    return ((highest - corner) * normal).sum(axis=1) > -NEARLY
 
 
 def rays_of_patches(city, patches, chosen, sequence):

@@ -56,21 +56,6 @@ class EditableCity:
         return self.city.prepared.scene
 
 
-def check_editable(prepared, request):
-    """Refuse what cannot be edited.
-
-    Raises
-    ------
-    InputError
-    """
-    if request.estimator != "gather":
-        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
-    if prepared.scene.halo is not None:
-        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
-    if prepared.patches.points_before.any():
-        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
-
-
 def prepare_decided(decisions, scene, request, progress=silent):
     """Materials and patches of a scene, with decisions that were made before: PreparedScene."""
     pinned = replace(request, effects=decisions.on | request.effects)

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from ..rays.random_numbers import mix_seed
+from ..rays.random_numbers import GOLDEN, mix
 from ..settings.errors import InputError
 from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance_of_mean
 
@@ -36,8 +36,9 @@ SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisati
 
 
 def seed_of_round(seed, index):
-    """Seed of a round: the run's own for the first, so that a single round is an ordinary run."""
-    return seed if index == 0 else mix_seed(seed, index)
+    """Seed of a round, int: the run's own for the first, so that a single round is an ordinary run."""
+    word = np.array([(int(GOLDEN) * (seed + 1) + index) % 2**64], np.uint64)
+    return seed if index == 0 else int(mix(word)[0]) >> 33
 
 
 def merge_rounds(total, other):
@@ -57,7 +58,10 @@ def merge_rounds(total, other):
     InputError
         They are of different scenes or suns.
     """
-    check_same(total, other)
+    same = total.surfaces.surface_id == other.surfaces.surface_id
+    same = same and np.array_equal(total.suns.direction, other.suns.direction)
+    if not same or (total.error_parts is None) != (other.error_parts is None):
+        raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
     counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
     weight = counts[1] / sum(counts)
     parts = merge_parts(total.error_parts, other.error_parts, weight, counts[0])
@@ -74,20 +78,6 @@ def merge_rounds(total, other):
         bare=total.bare and merge_rounds(total.bare, other.bare),
         record=merge_records(total.record, other.record, weight),
     )
-
-
-def check_same(one, other):
-    """Refuse Transfers of different scenes or suns.
-
-    Raises
-    ------
-    InputError
-    """
-    same = one.surfaces.surface_id == other.surfaces.surface_id and np.array_equal(
-        one.suns.direction, other.suns.direction
-    )
-    if not same or (one.error_parts is None) != (other.error_parts is None):
-        raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
 
 
 def merge_light(total, other, weight):

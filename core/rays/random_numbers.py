@@ -42,12 +42,6 @@ def key_of_names(names, seed):
     return key_of_digests(digest_names(names), seed)
 
 
-def mix_seed(seed, index):
-    """Seed of an independent stream: int, for `index` from 1."""
-    word = np.array([(int(GOLDEN) * (seed + 1) + index) % 2**64], np.uint64)
-    return int(mix(word)[0]) >> 33
-
-
 def uniform(keys, count):
     """Uniform numbers in [0, 1) for each key.
 
@@ -87,16 +81,23 @@ def name_rows(parts):
 
     Of several rows alike the first has the same number in any set of rows, and so has the second.
     """
-    count = len(parts[0])
-    words = np.zeros(count, np.uint64)
+    count, columns = len(parts[0]), []
     for part in parts:
         packed = np.ascontiguousarray(part.reshape(count, -1)).view(np.uint8)
         packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8)))
-        for column in packed.view(np.uint64).T:
-            words = mix(words + np.uint64(1) ^ column)
+        columns.extend(packed.view(np.uint64).T)
+    words = mix_columns(columns)
     order = np.argsort(words, kind="stable")
     first = np.searchsorted(words[order], words[order])
     words[order] = mix(words[order] + (np.arange(count) - first).astype(np.uint64))
+    return words
+
+
+def mix_columns(columns):
+    """A number of 64 bits for each row of some columns, (n,) uint64: (n,) uint64."""
+    words = np.zeros(len(columns[0]), np.uint64)
+    for column in columns:
+        words = mix(words + np.uint64(1) ^ column)
     return words
 
 

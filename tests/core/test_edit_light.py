@@ -13,7 +13,9 @@ from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.compare_cities import match_patches
 from citypv.core.light.difference import errors_of_difference
-from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
+from citypv.core.light.edit_light import edit_light, trace_editable
+from citypv.core.light.editable_city import prepare_decided
+from citypv.core.light.prepare_scene import build_tree
 from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
@@ -201,7 +203,7 @@ def try_edit(base_of, name, seed):
     after = edit_city(city, change, base.transfer.site.convergence)
     edited = edit_light(base, stand_city(after, base.request, like=base.scene))
     alone = replace(base.scene, trail=None, drawn=None)  # of sheets nothing is taken over
-    prepared = prepare_edit(base, stand_city(after, base.request, like=alone), base.request)
+    prepared = prepare_decided(base.decisions, stand_city(after, base.request, like=alone), base.request)
     full = trace_editable(prepared, base.suns, base.request, specular=specular_of)
     return check_law(base, edited, full)
 
@@ -242,7 +244,7 @@ def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
     kept = []
     for like in (before.scene, replace(before.scene, lattice=None)):
         scene = stand_city(after, base.request, like=like)
-        found = match_patches(before, prepare_edit(base, scene, base.request))
+        found = match_patches(before, build_tree(prepare_decided(base.decisions, scene, base.request), base.request))
         kept.append((found >= 0).sum() / len(before.patches))
     assert kept[0] > 0.9
     assert kept[1] < 0.5

@@ -12,7 +12,8 @@ from citypv.core.city.city import City
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.difference import errors_of_difference
-from citypv.core.light.edit_light import edit_light, prepare_edit, trace_editable
+from citypv.core.light.edit_light import edit_light, trace_editable
+from citypv.core.light.editable_city import prepare_decided
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.progress import CancelledError
 from citypv.core.study import compute_energy, place_city, read_year, stand_city, stand_edited, trace_base
@@ -83,7 +84,7 @@ def test_a_hard_edit_is_a_full_run(base_of, tmp_path, name):
     request = replace(base.request, albedo_file=albedo and str(tmp_path / "albedo.csv"))
     edited = edit_light(base, stand_city(after, request or base.request, like=base.scene), request=request)
     alone = stand_city(after, request, like=replace(base.scene, trail=None, drawn=None))
-    full = trace_editable(prepare_edit(base, alone, request), base.suns, request, specular=specular_of)
+    full = trace_editable(prepare_decided(base.decisions, alone, request), base.suns, request, specular=specular_of)
     assert np.array_equal(edited.scene.sheet[: len(alone.sheet)], alone.sheet)
     assert check_law(base, edited, full) <= 12
 
