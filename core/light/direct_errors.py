@@ -4,7 +4,7 @@ import numpy as np
 
 from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
-from .light_errors import Deviations, shares_of_cells
+from .light_errors import shares_of_cells
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
@@ -127,7 +127,9 @@ def deviations_of_spread(spread, keys):
 
     Returns
     -------
-    Deviations
+    deviation : (p, cells, HEMISPHERE_REPLICATES) int16
+    step : float32
+        Their unit.
     """
     spread *= np.float32(np.sqrt(HEMISPHERE_REPLICATES))
     largest = float(spread.max(initial=0))
@@ -137,7 +139,7 @@ def deviations_of_spread(spread, keys):
     for replicate in range(HEMISPHERE_REPLICATES):
         sign = 1 - 2 * ((bits >> np.uint64(replicate)) & np.uint64(1)).astype(np.float32)
         deviation[:, :, replicate] = np.rint(sign * spread / step)
-    return Deviations(deviation, step)
+    return deviation, step
 
 
 def spread_of_points(by_point):

@@ -1,8 +1,7 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Rays of one patch that hit the same place are merged before they are multiplied, except for a single light source, where
-that would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to
-the patch and to the cell that was hit, and the weight of one ray; and `product`, to which it writes.
+Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to the cell that was
+hit, and the share of a ray in those of each patch, (p,) float32; and `product`, to which it adds.
 """
 
 import numpy as np
@@ -50,20 +49,6 @@ def merge_row(row, rows, shift, met, weight):
 
 
 @njit(nogil=True, cache=True)
-def add_single(rows, scale, product, factor, light):
-    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them.
-
-    Summed in double precision: what is lost in one reflection grows with their number.
-    """
-    (chosen, start, key), (to_patch, to_cell, share) = rows, scale
-    for row in range(len(chosen)):
-        total = 0.0
-        for entry in range(start[row], start[row + 1]):
-            total += factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
-        product[chosen[row], 0] = share * total
-
-
-@njit(nogil=True, cache=True)
 def link_patches(rows, scale, factor):
     """Patches that the rays of each row meet, once each, with their weights: form factor times factor (p · cells,).
 
@@ -75,34 +60,33 @@ def link_patches(rows, scale, factor):
     weight : (l,) float32
         0 for those that fill up a four.
     """
-    (_, first, key), (to_patch, to_cell, share) = rows, scale
+    (chosen, first, key), (to_patch, to_cell, share) = rows, scale
     start = np.zeros(len(first), np.int64)
-    for row in range(len(first) - 1):
+    for row in range(len(chosen)):
         found, last = 0, -1
         for entry in range(first[row], first[row + 1]):
             found += key[entry] >> to_patch != last
             last = key[entry] >> to_patch
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
-    for row in range(len(first) - 1):
-        place, last, total = start[row] - 1, -1, NONE
+    for row in range(len(chosen)):
+        place, last, total = start[row] - 1, -1, 0.0  # what is lost in one reflection grows with their number
         # Without branches, as in `merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
             place += met != last
-            total = (total if met == last else NONE) + factor[key[entry] >> to_cell]
-            patch[place], weight[place] = met, share * total
+            total = (total if met == last else 0.0) + factor[key[entry] >> to_cell]
+            patch[place], weight[place] = met, share[chosen[row]] * total
             last = met
     return start, patch, weight
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_patches(chosen, links, product, light, add):
-    """Light of patches, (p, s), times the weights of `link_patches`: added to the product, or in place of it."""
+def add_patches(chosen, links, product, light):
+    """Light of patches, (p, s), times the weights of `link_patches`."""
     start, patch, weight = links
-    total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
-        total[:] = 0
+        total = product[chosen[row]]
         # Four at a time, so that the sums need not be loaded and stored for each.
         for four in range(start[row], start[row + 1], 4):
             first, second = light[patch[four]], light[patch[four + 1]]
@@ -111,9 +95,6 @@ def add_patches(chosen, links, product, light, add):
             for column in range(len(total)):
                 pair = a * first[column] + b * second[column]
                 total[column] += pair + (c * third[column] + d * fourth[column])
-        to = product[chosen[row]]
-        for column in range(len(total)):
-            to[column] = to[column] + total[column] if add else total[column]
 
 
 @njit(nogil=True, cache=True)
@@ -121,57 +102,51 @@ def add_elements(rows, scale, product, radiosity, shift):
     """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or start: the last bits of
     a key without those of `shift`."""
     (chosen, start, key), (_, to_cell, share) = rows, scale
+    total = np.empty(product.shape[1], np.float32)
     for row in range(len(chosen)):
-        total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             total[(key[entry] >> shift) & (len(total) - 1)] += radiosity[key[entry] >> to_cell]
-        for column in range(len(total)):
-            total[column] *= share
+        product[chosen[row]] += share[chosen[row]] * total
 
 
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
     """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third that of all."""
     (chosen, start, key), (_, to_cell, share) = rows, scale
+    total = np.empty(product.shape[1], np.float32)
     for row in range(len(chosen)):
-        total, whole = product[chosen[row]], NONE
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             met = radiosity[key[entry] >> to_cell]
             replicate = key[entry] & (HEMISPHERE_REPLICATES - 1)
             total[replicate] += met[0]
             total[replicate + HEMISPHERE_REPLICATES] += met[1]
-            whole += met[2]
-        for column in range(2 * HEMISPHERE_REPLICATES):
-            total[column] *= share
-        total[2 * HEMISPHERE_REPLICATES] = share * whole
+            total[2 * HEMISPHERE_REPLICATES] += met[2]
+        product[chosen[row]] += share[chosen[row]] * total
 
 
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
     """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays that hit them."""
     (chosen, start, key), (to_patch, to_cell, share) = rows, scale
-    total = np.empty(HEMISPHERE_REPLICATES, np.float32)
     for row in range(len(chosen)):
-        total[:] = 0
+        total = product[chosen[row]]
         for entry in range(start[row], start[row + 1]):
-            weight = share * factor[key[entry] >> to_patch]
-            met = places[key[entry] >> to_cell]
+            weight, met = share[chosen[row]] * factor[key[entry] >> to_patch], places[key[entry] >> to_cell]
             for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
-        for column in range(HEMISPHERE_REPLICATES):
-            product[chosen[row], column] = total[column]
 
 
 @njit(nogil=True, cache=True)
 def add_visible(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What two places
-    need is computed where it is used, which is faster than writing it into arrays of the whole row first.
+    Rays of a patch that hit the same cell are merged. Computing the cosine of incidence from normals and suns is no
+    slower than loading it from a matrix. What two places need is computed where it is used, which is faster than
+    writing it into arrays of the whole row first.
     """
-    (chosen, start, key), (to_patch, to_cell, share), (albedo, normal, points) = rows, scale, patches
+    (chosen, start, key), (to_patch, to_cell, shares), (albedo, normal, points) = rows, scale, patches
     (directions, visible), entries = suns, (start, key)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
@@ -182,8 +157,7 @@ def add_visible(rows, scale, product, patches, suns):
     met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
     for row in range(len(chosen)):
         found = merge_row(row, entries, to_cell, met, weight)
-        total = product[chosen[row]]
-        total[:] = 0
+        total, share = product[chosen[row]], shares[chosen[row]]
         for place in range(0, found, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits
             point = np.int64(points[patch, met[place] & inside])

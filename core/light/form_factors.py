@@ -13,11 +13,9 @@ from scipy import sparse
 
 from ..rays.hemisphere_rays import cell_at
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..settings.errors import InputError, check_array
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1
-ENTRIES = 1 << 19  # of a part of `join_rows`
 FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
 
 
@@ -35,35 +33,28 @@ class Rows:
 class FormFactors:
     """Hits of the rays of p patches; the rays of patches without rows hit nothing."""
 
-    rows: list  # of Rows
+    rounds: list  # of lists of Rows: in each a patch has at most one row; its rays in all of them count
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
+    rays: np.ndarray  # (p,) int32, of each replicate of each patch
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
-    links: tuple | None = field(default=None, repr=False, compare=False)  # last factor and lists of `links_of`
-    sent: np.ndarray | None = field(default=None, repr=False, compare=False)  # (p,) bool, which patches have rows
+    links: tuple | None = field(default=None, repr=False, compare=False)  # last factor, and its links of `multiply`
 
     def put(self, rows):
-        """Add the rows of some patches, in place of those that they had."""
-        if self.sent is None:
-            self.sent = np.zeros(self.count, bool)
-        if self.sent[rows.chosen].any():
-            replaced = np.zeros(self.count, bool)
-            replaced[rows.chosen] = True
-            self.rows = [leave_rows(one, ~replaced[one.chosen]) for one in self.rows]
-        self.sent[rows.chosen] = True
-        self.rows.append(rows)
+        """Add the rows of some patches that have none in the last round."""
+        self.rounds[-1].append(rows)
+        self.rays[rows.chosen] += rows.rays
         self.links = None
 
-    def append(self, rows):
-        """Add the hits of further rays of some patches that have rows."""
-        replaced = np.zeros(self.count, bool)
-        replaced[rows.chosen] = True
-        for one in self.rows:
-            taken = replaced[one.chosen]
-            if taken.any():
-                known = leave_rows(one, taken)
-                place = np.searchsorted(rows.chosen, known.chosen)
-                self.put(merge_rows(known, rows, place))
+    @property
+    def rows(self):
+        """Rows of all rounds: list."""
+        return [rows for some in self.rounds for rows in some]
+
+    @property
+    def share(self):
+        """Share of each ray in all of its patch: (p,) float32."""
+        return (1 / np.maximum(HEMISPHERE_REPLICATES * self.rays, 1)).astype(np.float32)
 
     @property
     def start_bits(self):
@@ -72,15 +63,12 @@ class FormFactors:
 
     def as_matrix(self):
         """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
-        parts = [np.zeros((3, 0))]
-        for rows in self.rows:
-            patch = np.repeat(rows.chosen, np.diff(rows.start))
-            column, replicate = np.divmod(rows.key, HEMISPHERE_REPLICATES)
-            place = patch * HEMISPHERE_REPLICATES + replicate
-            parts.append(np.stack([place, column // (self.cells * self.starts), np.full(len(patch), 1 / rows.rays)]))
-        row, column, share = np.concatenate(parts, axis=1)
+        patches = [np.repeat(rows.chosen, np.diff(rows.start)) for rows in self.rows]
+        patch, key = (np.concatenate([np.zeros(0, int), *some]) for some in (patches, [rows.key for rows in self.rows]))
+        column, replicate = np.divmod(key, HEMISPHERE_REPLICATES)
+        place = patch * HEMISPHERE_REPLICATES + replicate, column // (self.cells * self.starts)
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
-        return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
+        return sparse.csr_matrix((HEMISPHERE_REPLICATES * self.share[patch], place), shape=shape)
 
 
 def leave_rows(rows, kept):
@@ -90,72 +78,6 @@ def leave_rows(rows, kept):
     entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
     start = np.concatenate([[0], np.cumsum(counts)])
     return Rows(rows.chosen[kept], start, rows.key[entries], rows.rays)
-
-
-def merge_rows(one, other, place):
-    """Hits of both, of the patches of the first, whose rows in the other are `place`, (c,) int: Rows."""
-    counts = np.diff(one.start) + np.diff(other.start)[place]
-    start = np.concatenate([[0], np.cumsum(counts)])
-    key = np.empty(start[-1], np.int32)
-    merge_keys((one.start, one.key), (other.start, other.key), place, start, key)
-    return Rows(one.chosen, start, key, one.rays + other.rays)
-
-
-@njit(nogil=True, cache=True)
-def merge_keys(one, other, place, start, key):
-    """Write the keys of two rows each, both ascending, into one that is."""
-    (first, mine), (second, theirs) = one, other
-    for row in range(len(place)):
-        a, b = first[row], second[place[row]]
-        end_a, end_b = first[row + 1], second[place[row] + 1]
-        for entry in range(start[row], start[row + 1]):
-            if b == end_b or (a < end_a and mine[a] <= theirs[b]):
-                key[entry] = mine[a]
-                a += 1
-            else:
-                key[entry] = theirs[b]
-                b += 1
-
-
-def join_rows(parts):
-    """Rows with the same number of rays in few large parts, as loops over each begin anew: list of Rows."""
-    found, some, entries = [], [], 0
-    for place, part in enumerate(parts):
-        some.append(part)
-        entries += len(part.key)
-        if entries >= ENTRIES or place == len(parts) - 1:
-            starts = np.cumsum([0, *(rows.start[-1] for rows in some)])
-            start = np.concatenate([[0], *(rows.start[1:] + first for rows, first in zip(some, starts, strict=False))])
-            chosen, key = (np.concatenate([getattr(rows, name) for rows in some]) for name in ("chosen", "key"))
-            found.append(Rows(chosen, start, key, part.rays))
-            some, entries = [], 0
-    return found
-
-
-def check_form_factors(form_factors, count):
-    """Refuse form factors with indices of patches that do not exist: the compiled loops would read out of bounds.
-
-    Raises
-    ------
-    InputError
-    """
-    if form_factors.count != count:
-        raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
-    last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
-    for rows in form_factors.rows:
-        check_array("key of form_factors", rows.key, (len(rows.key),), kind="i", least=0, most=last, row="entry")
-
-
-def count_starts(count, cells, samples):
-    """Number of cells by which the starts of rays are resolved.
-
-    Returns
-    -------
-    int
-        `cells` if the keys of `count` patches have room for the start cell and enough rays start in each; else 1.
-    """
-    room = count * cells * cells * HEMISPHERE_REPLICATES - 1 <= LARGEST_KEY
-    return cells if room and samples >= FEWEST_RAYS * cells else 1
 
 
 def count_hits(chosen, hits, places, cells, starts=None):

@@ -6,14 +6,10 @@ import weakref
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from scipy import sparse
-
-from ..settings.threads import map_in_order
 
 LIMIT = 1 << 28  # bytes: largest matrix kept in memory
 ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
-ROWS_PER_TASK = 1 << 13
 COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
 TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
 
@@ -111,44 +107,3 @@ def cover_of_surfaces(patch_to_surface, covered_share):
     (n,) float64
     """
     return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - TIE) / COVER_STEPS
-
-
-def average_surfaces(patch_to_surface, values, threads, out):
-    """Write means over surfaces, in float32.
-
-    Parameters
-    ----------
-    patch_to_surface : (n, p) sparse float64
-        Of `area_means`.
-    values : (p, s) float32
-    threads : int
-    out : (n, s) float32
-        Written.
-    """
-
-    def average(first):
-        last = min(first + ROWS_PER_TASK, len(out))
-        add_rows(
-            patch_to_surface.indptr[first : last + 1],
-            patch_to_surface.indices,
-            patch_to_surface.data,
-            values,
-            out[first:last],
-        )
-
-    for _ in map_in_order(average, range(0, len(out), ROWS_PER_TASK), threads):
-        pass
-
-
-@njit(nogil=True, cache=True)
-def add_rows(start, patches, weights, values, means):
-    """Weighted sums of the rows of `values`, (p, c), by a matrix in CSR form, added in float64 into `means`, (n, c)."""
-    total = np.empty(values.shape[1])
-    for row in range(len(means)):
-        total[:] = 0
-        for entry in range(start[row], start[row + 1]):
-            source, weight = values[patches[entry]], weights[entry]
-            for column in range(len(total)):
-                total[column] += weight * source[column]
-        for column in range(len(total)):
-            means[row, column] = total[column]

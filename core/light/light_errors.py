@@ -13,25 +13,17 @@ narrow gap, half of it. So the remainder follows from the two steps: one third o
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside
+from ..rays.sample_points import cells_inside
 from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
-from .solve_radiosity import exchange_of
+from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
 
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
 SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
 SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
-
-
-class Deviations(NamedTuple):
-    """Deviations of each replicate's first light from the mean of all."""
-
-    values: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16
-    unit: np.float32  # of `values`; or (p,) float32, of those of each patch
 
 
 def propagate_deviations(context, traced, first, arrived):
@@ -43,7 +35,7 @@ def propagate_deviations(context, traced, first, arrived):
     ----------
     context : GatherContext
     traced : Traced
-    first : Deviations
+    first : FirstLight
     arrived : (p, HEMISPHERE_REPLICATES) float32
         What patches receive from others, by the rays of each replicate. Overwritten.
 
@@ -51,24 +43,17 @@ def propagate_deviations(context, traced, first, arrived):
     -------
     (p, HEMISPHERE_REPLICATES) float32
     """
-    exchange, albedo = exchange_of(context, traced), context.patches.albedo
-    total = multiply_columns(traced.form_factors, albedo * first.unit, first.values, context.threads)
+    reflect, albedo = reflection_of(context, traced), context.patches.albedo
+    total = multiply_columns(traced.form_factors, albedo * first.unit, first.deviation, context.threads)
     arrived -= arrived.mean(axis=1, keepdims=True)
     arrived += total
     brightest = float(albedo.max(initial=0))
     for bounce in range(2, context.bounces + 1):
         if brightest**bounce < LEAST_SHARE:
             break
-        arrived = exchange.reflect(arrived)
+        arrived = reflect(arrived)
         total += arrived
     return total
-
-
-class Steps(NamedTuple):
-    """What p patches would receive more at first bounce."""
-
-    received: np.ndarray  # (p, 2) float32, from cells of twice the length; and from whole patches, over that
-    variance: np.ndarray  # (p,) float64, of the former, by the rays of the patch itself
 
 
 def reflect_elements(context, traced, first):
@@ -84,21 +69,24 @@ def reflect_elements(context, traced, first):
     Returns
     -------
     first_bounce : (p, HEMISPHERE_REPLICATES) float32
-    steps : Steps
-        With four cells per patch there is no second step, so the first one is taken for both; with one cell both are 0.
+    steps : (p, 2) float32
+        From cells of twice the length, and from whole patches over that. With four cells per patch there is no second
+        step, so the first one is taken for both; with one cell both are 0.
+    variance : (p,) float64
+        Of the former, by the rays of the patch itself.
     """
     form_factors, albedo, threads = traced.form_factors, context.patches.albedo, context.threads
     count, cells = first.shape
     if cells == 1:
-        none = Steps(np.zeros((count, 2), np.float32), np.zeros(count))
-        return multiply_elements(form_factors, albedo, first, threads), none
+        first_bounce = multiply_elements(form_factors, albedo[:, None] * first, threads)
+        return first_bounce, np.zeros((count, 2), np.float32), np.zeros(count)
     open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
     whole = average_groups(first, open_share, np.zeros(cells, int))
     halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
     steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
-    light = np.stack([first, *steps], axis=2)
-    first_bounce, by_replicate, received = multiply_steps(form_factors, albedo, light, threads)
-    return first_bounce, Steps(received, variance_of_mean(by_replicate))
+    radiosity = albedo[:, None, None] * np.stack([first, *steps], axis=2)
+    first_bounce, by_replicate, received = multiply_steps(form_factors, radiosity, threads)
+    return first_bounce, received, variance_of_mean(by_replicate)
 
 
 def shares_of_cells(covered, cells):
@@ -149,7 +137,8 @@ def estimate_discretisation_error(context, steps, reflected):
 
     Parameters
     ----------
-    steps : Steps
+    steps : (p, 2) float32
+        Of `reflect_elements`.
     reflected : (p, HEMISPHERE_REPLICATES) float32
         All reflected light.
 
@@ -160,7 +149,7 @@ def estimate_discretisation_error(context, steps, reflected):
     """
     weight = context.eligible_area @ context.patch_to_surface  # of the patches
     whole = float(weight @ reflected.mean(axis=1))
-    return float(weight @ steps.received.sum(axis=1)) / whole if whole > 0 else 0.0
+    return float(weight @ steps.sum(axis=1)) / whole if whole > 0 else 0.0
 
 
 @dataclass
@@ -181,36 +170,25 @@ class LightError:
         return LightError(factor**2 * self.own, factor * self.transported, factor * self.discretisation)
 
 
-class ReflectedError(NamedTuple):
-    """What the errors of reflected light are estimated from."""
-
-    light: np.ndarray  # (n,) all light of the surfaces
-    deviations: np.ndarray  # (p, HEMISPHERE_REPLICATES), of `propagate_deviations`
-    steps: Steps  # of `reflect_elements`
-
-
-def errors_of_surfaces(patch_to_surface, variance, reflections=None):
-    """Errors of surfaces from those of their patches.
+def errors_of_reflected(patch_to_surface, deviations, steps, variance):
+    """The two parts of a LightError that reflections bring.
 
     Parameters
     ----------
     patch_to_surface : (n, p) sparse
         Averages patches over their surface.
-    variance : (p,) float
-        From rays and points of each patch itself.
-    reflections : ReflectedError, optional
-        None if nothing reflects.
+    deviations : (p, HEMISPHERE_REPLICATES) float32
+        Of `propagate_deviations`.
+    steps, variance
+        Of `reflect_elements`.
 
     Returns
     -------
-    LightError
+    transported : (n, HEMISPHERE_REPLICATES) float64
+    discretisation : (n,) float64
+        Small ones included.
     """
-    own = patch_to_surface.power(2) @ variance
-    if reflections is None:
-        none = np.zeros((patch_to_surface.shape[0], HEMISPHERE_REPLICATES))
-        return LightError(own, none, none[:, 0])
-    transported, steps = patch_to_surface @ reflections.deviations.astype(float), reflections.steps
+    transported = patch_to_surface @ deviations.astype(float)
     # The light of cells contains noise, and so do the steps, of the rays that look at it as well.
-    noise = variance_of_mean(transported) + patch_to_surface.power(2) @ steps.variance
-    left = remaining_error(patch_to_surface @ steps.received.astype(float), noise)
-    return LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * reflections.light, left, 0))
+    noise = variance_of_mean(transported) + patch_to_surface.power(2) @ variance
+    return transported, remaining_error(patch_to_surface @ steps.astype(float), noise)

@@ -119,6 +119,9 @@ def append_rays(context, traced, size, before):
     asked = traced[0].samples
     sends = context.patches.receives & (asked > 0)
     most, done = size * int(asked[sends].sum()) // before, 0
+    for one in traced:
+        if one.form_factors is not None:
+            one.form_factors.rounds.append([])
     for samples in np.unique(asked[sends]):
         rows, count = np.flatnonzero(sends & (asked == samples)), int(samples) // before * size
         for parts in trace_rows(context, rows, count):

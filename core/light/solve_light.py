@@ -10,15 +10,14 @@ import numpy as np
 
 from .form_factor_products import multiply_elements
 from .light_errors import (
-    Deviations,
+    SMALL_SHARE,
     LightError,
-    ReflectedError,
-    errors_of_surfaces,
+    errors_of_reflected,
     estimate_discretisation_error,
     propagate_deviations,
     reflect_elements,
 )
-from .solve_radiosity import exchange_of, sum_reflections
+from .solve_radiosity import reflection_of, sum_reflections
 from .transfer import variance_of_mean
 
 
@@ -58,22 +57,25 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
     -------
     Light
     """
-    to_surface, by_replicate, reflections = context.patch_to_surface, first.light.copy(), None
+    to_surface, by_replicate = context.patch_to_surface, first.light.copy()
     found = Light(None, None, by_replicate)
+    transported, left = np.zeros((to_surface.shape[0], by_replicate.shape[1])), np.zeros(to_surface.shape[0])
     if context.bounces:
-        reflected, steps = reflect_elements(context, traced, first.element)
+        reflected, steps, variance = reflect_elements(context, traced, first.element)
         reflected += np.float32(far_ground) * traced.far_ground
-        once = reflected.mean(axis=1, keepdims=True)
-        passed_on = sum_reflections(exchange_of(context, traced), once, context.bounces - 1, report)
-        reflected += multiply_elements(traced.form_factors, passed_on[:, 0], traced.factor, context.threads)
+        once = reflected.mean(axis=1, keepdims=True, dtype=float)
+        passed_on = sum_reflections(reflection_of(context, traced), once, context.bounces - 1, report)
+        radiosity = traced.factor * passed_on.astype(np.float32)
+        reflected += multiply_elements(traced.form_factors, radiosity, context.threads)
         by_replicate += reflected
-        arrived = reflected.mean(axis=1).sum(dtype=float)
+        arrived = reflected.mean(axis=1, dtype=float).sum()
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
-        found.last = (arrived - passed_on.sum(dtype=float)) / whole if whole > 0 else 0.0
+        last = max(arrived - passed_on.sum(), 0.0)  # nothing but for rounding where no light is left
+        found.last = last / whole if whole > 0 else 0.0
         found.discretisation_error = estimate_discretisation_error(context, steps, reflected)
-        transported = propagate_deviations(context, traced, Deviations(first.deviation, first.unit), reflected)
-        light = to_surface @ by_replicate.mean(axis=1, dtype=float)
-        reflections = ReflectedError(light, transported, steps)
+        deviations = propagate_deviations(context, traced, first, reflected)
+        transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
-    found.error = errors_of_surfaces(to_surface, points + variance_of_mean(by_replicate), reflections)
+    own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
+    found.error = LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0))
     return found

@@ -9,16 +9,14 @@ other dark, and rays from the dark part hit the dark parts of others. The cells 
 in proportion to each cell's first reflection of sky light.
 """
 
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 
 from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
-from ..settings.errors import check_array
-from ..settings.threads import work_in_slices
+from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.errors import InputError, check_array
 from .form_factor_products import multiply, multiply_starts
-from .form_factors import FormFactors, check_form_factors
 from .traced import SKY_DOME
 
 LARGEST_RATIO = 0.999
@@ -52,92 +50,53 @@ def element_factors(context, traced):
         That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where rays start.
     """
     patches, form_factors = context.patches, traced.form_factors
-    whole = radiosity_factor(patches, traced.covered_share)
-    if form_factors.starts < form_factors.cells or form_factors.cells == 1:
-        return np.repeat(whole[:, None], form_factors.cells, axis=1)
-    factor = multiply_starts(form_factors, patches.albedo, traced.first[SKY_DOME].element, context.threads)
-    ground_albedo = np.float32(context.request.ground_albedo)
-
-    def share(rows):
-        light = factor[rows], ground_albedo, traced.element_far_ground[rows]
-        weigh_elements(light, traced.open_share[rows], patches.albedo[rows], whole[rows])
-
-    work_in_slices(share, len(factor), context.threads)
-    return factor
+    whole, cells = radiosity_factor(patches, traced.covered_share)[:, None], form_factors.cells
+    if form_factors.starts < cells or cells == 1:
+        return np.repeat(whole, cells, axis=1)
+    albedo = patches.albedo[:, None]
+    arriving = multiply_starts(form_factors, albedo * traced.first[SKY_DOME].element, context.threads)
+    arriving += np.float32(context.request.ground_albedo) * traced.element_far_ground
+    total, open_share = arriving.sum(axis=1, keepdims=True), traced.open_share
+    # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
+    scaled = arriving * np.divide(cells * albedo, total, out=np.zeros_like(total), where=total > 0)
+    return np.where(total > 0, np.divide(scaled, open_share, out=np.zeros_like(scaled), where=open_share > 0), whole)
 
 
-@njit(nogil=True, cache=True)
-def weigh_elements(light, open_share, albedo, whole):
-    """Turn the light that arrives at cells into the factors of `element_factors`, in place.
-
-    Parameters
-    ----------
-    light : tuple of (p, cells) float32, float32 and (p, cells) float32
-        What patches reflect to each cell, overwritten with the factors; albedo of the far ground; and its view factor
-        from each cell.
-    open_share : (p, cells) float32
-    albedo, whole : (p,) float32
-        `whole` is that of `radiosity_factor`.
-    """
-    arriving, ground_albedo, far_ground = light
-    cells = arriving.shape[1]
-    for patch in range(len(arriving)):
-        total = np.float32(0)
-        for cell in range(cells):
-            arriving[patch, cell] += ground_albedo * far_ground[patch, cell]
-            total += arriving[patch, cell]
-        if total <= 0:
-            arriving[patch] = whole[patch]
-            continue
-        # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
-        scale = np.float32(cells) * albedo[patch] / total
-        for cell in range(cells):
-            share = open_share[patch, cell]
-            arriving[patch, cell] = scale * arriving[patch, cell] / share if share > 0 else 0
-
-
-@dataclass
-class Exchange:
-    """How patches light each other."""
-
-    form_factors: FormFactors
-    factor: np.ndarray  # (p, elements) float32, of `element_factors`
-    threads: int = 1
-
-    def reflect(self, light, **kept):
-        """F · (factor ∘ light) of (p, s) float32; what is kept as of `multiply`."""
-        return multiply(self.form_factors, self.factor, light, self.threads, **kept)
-
-
-def exchange_of(context, traced):
-    """How the patches of a run light each other: Exchange."""
-    return Exchange(traced.form_factors, traced.factor, context.threads)
+def reflection_of(context, traced):
+    """How the patches of a run light each other: a function of light, (p, s), that returns F · (factor ∘ light)."""
+    return partial(multiply, traced.form_factors, traced.factor, threads=context.threads)
 
 
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections, (p, s) float32: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
+    """Irradiance by reflections, (p, s) float64: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
     `radiosity_factor` for each patch; `far_first`, (p, s), is what the far ground adds to the first reflection.
 
     Raises
     ------
     InputError
-        If shapes do not match, or light is negative or not finite.
+        If shapes do not match, light is negative or not finite, or form factors have patches that do not exist, with
+        which the compiled loops would read out of bounds.
     """
     count, sources = check_array("first", first, ("p", "s"), least=0).shape
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
-    check_form_factors(form_factors, count)
-    exchange = Exchange(form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
-    return sum_reflections(exchange, exchange.reflect(first) + far_first, max_bounces)
+    if form_factors.count != count:
+        raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
+    last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
+    for rows in form_factors.rows:
+        check_array("key of form_factors", rows.key, (len(rows.key),), kind="i", least=0, most=last, row="entry")
+    reflect = partial(multiply, form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
+    return sum_reflections(reflect, reflect(np.ascontiguousarray(first, float)) + far_first, max_bounces)
 
 
-def sum_reflections(exchange, arriving, count, report=lambda done: None):
+def sum_reflections(reflect, arriving, count, report=lambda done: None):
     """Irradiance by reflections: E₁ + … + E_count.
 
     Parameters
     ----------
-    exchange : Exchange
-    arriving : (p, s) float32
+    reflect : callable
+        Of `reflection_of`.
+    arriving : (p, s) float32 or float64
         E₁, one column per light source. Overwritten.
     count : int
     report : callable
@@ -145,25 +104,20 @@ def sum_reflections(exchange, arriving, count, report=lambda done: None):
 
     Returns
     -------
-    (p, s) float32
+    (p, s) of the same type
     """
     if not count:
         return np.zeros_like(arriving)
-    # The light of the first reflection is not needed after the second: its array takes the sum of all.
-    whole, light, spare = arriving, arriving, None
+    whole = light = arriving
     report(1)
     for done in range(2, count + 1):
-        if 2 < done == count:
-            exchange.reflect(light, total=whole)
-        else:
-            product = exchange.reflect(light, out=spare)
-            light, spare = product, None if light is whole else light
-            add_in_slices(whole, light, exchange.threads)
+        light = reflect(light)
+        whole += light
         report(done)
     return whole
 
 
-def find_bounces(exchange, light, weights, first):
+def find_bounces(reflect, light, weights, first):
     """How many reflections to follow until the solver's residual is small.
 
     What is left after n reflections is the next one and, with the ratio of the two, the geometric series that it
@@ -171,7 +125,8 @@ def find_bounces(exchange, light, weights, first):
 
     Parameters
     ----------
-    exchange : Exchange
+    reflect : callable
+        Of `reflection_of`.
     light : (p, k) float32
         What k columns of light bring at their first reflection.
     weights : (g, p) sparse
@@ -190,7 +145,7 @@ def find_bounces(exchange, light, weights, first):
     arrived, whole = weights @ light.astype(float), np.array(first)
     for count in range(1, MOST_BOUNCES + 1):  # noqa: B007
         whole += arrived
-        light = exchange.reflect(light)
+        light = reflect(light)
         following = weights @ light.astype(float)
         ratio = np.divide(following, arrived, out=np.zeros(whole.shape), where=arrived > 0)
         series = following / (1 - np.minimum(ratio, LARGEST_RATIO))
@@ -199,15 +154,6 @@ def find_bounces(exchange, light, weights, first):
             break
         arrived = following
     return count, float(left[-1].max(initial=0))
-
-
-def add_in_slices(total, light, threads):
-    """Add one array of light, (p, s) float32, to another."""
-
-    def add(rows):
-        total[rows] += light[rows]
-
-    work_in_slices(add, len(total), threads)
 
 
 def covariance_of_replicates(one, other):

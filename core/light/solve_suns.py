@@ -6,12 +6,11 @@ import numpy as np
 
 from ..effects.rays import choose_turns
 from ..settings.progress import CancelledError
-from ..settings.threads import work_in_slices
 from ..sun.suns import end_of_days
 from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
-from .kept_matrix import average_surfaces, keep_columns, keep_matrix
-from .solve_radiosity import exchange_of, radiosity_factor, sum_reflections
+from .kept_matrix import keep_columns, keep_matrix
+from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
 from .sun_blocks import FIRST_SUNS, SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 
@@ -226,27 +225,21 @@ def solve_block(context, traced, shadows, task, block, *, specular, found):
     (r, n) float64 or float
         Weighted sum over these suns of light by way of mirrors, glossy faces and glass.
     """
-    part, to_surface, threads = block_of_suns(task.suns, block), context.patch_to_surface, context.threads
-    weighted = 0.0
+    part, to_surface, weighted = block_of_suns(task.suns, block), context.patch_to_surface, 0.0
     if context.bounces and task.reflects:
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
-        far_first = np.outer(traced.far_ground.mean(axis=1), height) if context.plan.far_ground else None
+        far_first = np.outer(traced.far_ground.mean(axis=1), height)
         once = first_reflections(context, traced, shadows, part.directions)
-        if far_first is not None:
-            work_in_slices(lambda rows: np.add(once[rows], far_first[rows], out=once[rows]), len(once), threads)
-        reflected = sum_reflections(exchange_of(context, traced), once, context.bounces, task.progress.report_bounce)
-        if far_first is not None:  # its first reflection is known exactly for every hour
-
-            def subtract(rows):
-                reflected[rows] = np.maximum(reflected[rows] - far_first[rows], 0)
-
-            work_in_slices(subtract, len(reflected), threads)
-        average_surfaces(to_surface, reflected, threads, out=found.reflected[:, block])
+        once += far_first
+        reflected = sum_reflections(reflection_of(context, traced), once, context.bounces, task.progress.report_bounce)
+        # The first reflection off the far ground is known exactly for every hour.
+        reflected = np.maximum(reflected - far_first, 0)
+        found.reflected[:, block] = to_surface @ reflected
         if specular:
-            radiosity = reflected + shadows.visible_share * projection_in_front(context.patches.normal, part.directions)
-            radiosity += 0 if far_first is None else far_first
+            radiosity = shadows.visible_share * projection_in_front(context.patches.normal, part.directions)
+            radiosity += reflected + far_first
             radiosity *= radiosity_factor(context.patches, traced.covered_share)[:, None]
             values, weighted = specular.of_suns(part, block.start, radiosity)
             found.reflected[:, block] += values
-    average_surfaces(to_surface, shadows.visible_share, threads, out=found.visible_share[:, block])
+    found.visible_share[:, block] = to_surface @ shadows.visible_share
     return weighted

@@ -1,6 +1,5 @@
 """Blocks of suns: their size, their progress, and what is kept of them after an interruption."""
 
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
 FIRST_SUNS = 24  # two days
 BLOCKS = 12  # of runs with enough suns
+RAYS_PART = 0.7  # of a block's time, about, where it has reflections too
 
 
 class SunBlock(NamedTuple):
@@ -63,7 +63,7 @@ def count_kept(suns, blocks):
 
 
 class SunProgress:
-    """Reports the progress over all suns, from the rays traced so far and the time of earlier blocks.
+    """Reports the progress over all suns: of each block its rays, then its reflections.
 
     Parameters
     ----------
@@ -78,38 +78,29 @@ class SunProgress:
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
         self.rays_before = self.rays = self.bounces_before = 0
-        self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
         """Start a block of suns, given as a slice."""
-        self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
-        self.rays_done = self.started
+        self.block, self.rays_before = block, self.rays
         if block.start == 0:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def report_rays(self, share, rays):
         """Report the share of the block's rays that are traced, and their number."""
-        self.rays, self.rays_done = self.rays_before + rays, time.perf_counter()
-        self._report(share * self.part)
+        self.rays = self.rays_before + rays
+        self._report(share * (RAYS_PART if self.bounces else 1))
 
     def report_bounce(self, bounce):
         """Report the bounces done in a state, but not the last of all: nothing is cancelled between it and `end`."""
         done = self.bounces_before + bounce
         if done < self.bounces:
-            self._report(self.part + (1 - self.part) * done / self.bounces)
+            self._report(RAYS_PART + (1 - RAYS_PART) * done / self.bounces)
 
     def end(self):
         """Report that the block is finished and kept."""
-        seconds = time.perf_counter() - self.started
-        if self.bounces and seconds > 0:
-            self.part = (self.rays_done - self.started) / seconds
-        self._report(1.0)
+        self._report(1)
 
     def _report(self, share):
         suns = self.block.start + share * (self.block.stop - self.block.start)
-        if self.rays:
-            self.progress(
-                SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"
-            )
-        else:
-            self.progress(SUN_STAGE, suns, self.count, "suns")
+        done = (self.rays, self.rays * self.count / suns, "rays") if self.rays else (suns, self.count, "suns")
+        self.progress(SUN_STAGE, *done)

@@ -19,7 +19,7 @@ from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
-from .form_factors import count_starts
+from .form_factors import FEWEST_RAYS, LARGEST_KEY
 from .kept_matrix import area_means
 from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
@@ -87,13 +87,16 @@ def prepare_gather(prepared, request, progress):
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
+    # Starts of rays are told apart where keys have room for them and enough rays start in each element.
+    resolved = len(patches) * elements**2 * HEMISPHERE_REPLICATES <= LARGEST_KEY + 1
+    resolved = resolved and request.samples >= FEWEST_RAYS * elements
     return GatherContext(
         ray_scene=build_tree(prepared, request).plan.ray_scene,
         patches=patches,
         threads=usable_threads(request.threads),
         reflections=plan.reflections,
         elements=elements,
-        starts=count_starts(len(patches), elements, request.samples),
+        starts=elements if resolved else 1,
         terrain=plan.terrain,
         sources=plan.sources,
         rays_share=plan.rays_share,
@@ -167,26 +170,24 @@ def trace_all(context, known=None):
     return found
 
 
-def hits_of_patches(form_factors):
-    """Number of rays that met each patch: (p,) int."""
-    hits = np.zeros(form_factors.count, int)
+def hits_of_patches(form_factors, weigh=lambda rows: np.ones(len(rows.chosen))):
+    """Number of rays that met each patch, or the sum of weights of the patches that sent them: (p,) float64.
+
+    `weigh` gives these, (c,), of Rows.
+    """
+    hits = np.zeros(form_factors.count)
     for rows in form_factors.rows:
-        hits += np.bincount(patch_of_keys(form_factors, rows), minlength=len(hits))
+        patch = rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
+        hits += np.bincount(patch, np.repeat(weigh(rows), np.diff(rows.start)), len(hits))
     return hits
 
 
 def measure_filled(form_factors, area):
     """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
-    seen = np.zeros(len(area))
-    for rows in form_factors.rows:
-        weight = np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
-        seen += np.bincount(patch_of_keys(form_factors, rows), np.repeat(weight, np.diff(rows.start)), len(area))
+    seen = hits_of_patches(
+        form_factors, lambda rows: np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
+    )
     return np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
-
-
-def patch_of_keys(form_factors, rows):
-    """Patch of each entry: (e,) int32."""
-    return rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
 
 
 def fill_closed_forms(context, traced):

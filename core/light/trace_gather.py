@@ -1,6 +1,7 @@
 """From a scene and its suns to the Transfer: the gather estimator."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -13,12 +14,12 @@ from ..settings.progress import Clock
 from ..sun.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
-from .form_factor_products import multiply_elements
+from .form_factor_products import multiply, multiply_elements
 from .kept_matrix import cover_of_surfaces
 from .measure_cover import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
-from .solve_radiosity import Exchange, covariance_of_replicates, find_bounces, radiosity_factor
+from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
@@ -300,12 +301,13 @@ def choose_bounces(prepared, context, traced, task):
         whole = radiosity_factor(prepared.patches, traced.covered_share)
         factor = np.repeat(whole[:, None], factor.shape[1], axis=1)
     patches = context.patches
-    once = multiply_elements(traced.form_factors, patches.albedo, sky.element, threads)
+    once = multiply_elements(traced.form_factors, patches.albedo[:, None] * sky.element, threads)
     once += np.float32(context.request.ground_albedo) * traced.far_ground
     columns = [(sky.light.mean(axis=1), once.mean(axis=1)), light_of_first_days(context, traced, task)]
     first, light = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
     groups = sparse.csr_matrix(group_surfaces(context)) @ context.patch_to_surface
-    return find_bounces(Exchange(traced.form_factors, factor, threads), light, groups, groups @ first.astype(float))
+    reflect = partial(multiply, traced.form_factors, factor, threads=threads)
+    return find_bounces(reflect, light, groups, groups @ first.astype(float))
 
 
 def group_surfaces(context):

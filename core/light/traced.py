@@ -31,7 +31,7 @@ class RayCity:
     reflections: bool = True  # whether to collect the matrix of form factors
     covered: np.ndarray | None = None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
     elements: int = 1  # of each patch: 1, 4 or 16
-    starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
+    starts: int = 1  # elements by which the starts of rays are resolved in that matrix: all or 1
     terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
     sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
     rays_share: int = 4  # hemisphere rays for each ray towards one of them
@@ -82,7 +82,7 @@ class RowLight:
 
 @dataclass
 class Traced:
-    """RowLight of all p patches: rows can be replaced, rays added. Those without rows see nothing, all in the open."""
+    """RowLight of all p patches, to which rays can be added. Those without rows see nothing, all in the open."""
 
     first: dict
     far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
@@ -97,7 +97,7 @@ class Traced:
     samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 
     def put(self, part):
-        """Replace rows by those of a RowLight."""
+        """Write the rows of a RowLight."""
         for name, first in self.first.items():
             first.put(part.rows, part.first[name])
             first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
@@ -119,8 +119,9 @@ class Traced:
             values = getattr(self, name)
             values[rows] += share * (getattr(part, name) - values[rows])
         if part.hits is not None:
-            self.form_factors.append(part.hits)
+            self.form_factors.put(part.hits)
         self.samples[rows] += count
+        self.samples[part.dark] += count
 
     @property
     def nbytes(self):
@@ -145,13 +146,14 @@ def empty_traced(city):
     for source in city.sources:
         unshaded = source.unshaded(city.patches.normal).astype(np.float32)
         first[source.name] = no_light(count, elements, STEP * unshaded)
+    form_factors = FormFactors([[]], count, elements, np.zeros(count, np.int32), city.starts)
     return Traced(
         first=first,
         far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
         element_far_ground=np.zeros((count, elements), np.float32),
         open_share=np.ones((count, elements), np.float32),
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        form_factors=FormFactors([], count, elements, city.starts) if city.reflections else None,
+        form_factors=form_factors if city.reflections else None,
         ray_count=dict.fromkeys(first, 0),
         samples=np.zeros(count, np.int32),
     )

@@ -33,7 +33,7 @@ from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays 4"
+NAME, FORMAT = "rays.nc", "CityPV rays 5"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
 TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)

@@ -1,12 +1,15 @@
 """Reflections against powers of the whole matrix."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import sparse
 
 from citypv.core.effects.rays import MOST_BOUNCES
+from citypv.core.light.form_factor_products import multiply
 from citypv.core.light.form_factors import FormFactors, Rows, leave_rows
-from citypv.core.light.solve_radiosity import Exchange, find_bounces, solve_radiosity, sum_reflections
+from citypv.core.light.solve_radiosity import find_bounces, solve_radiosity, sum_reflections
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
 
@@ -18,7 +21,7 @@ def random_form_factors(generator):
         keys = np.sort(generator.integers(0, PATCHES * CELLS * REPLICATES, (100, RAYS)).astype(np.int32), axis=1)
         start = np.arange(101) * RAYS
         rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), 64))
-    return FormFactors(rows, PATCHES, CELLS)
+    return FormFactors([rows], PATCHES, CELLS, np.repeat([64, 0], [200, 100]))
 
 
 @pytest.mark.parametrize(("sources", "bounces"), [(1, 0), (7, 1), (33, 2), (1, 3), (7, 4), (33, 5), (1, 2), (7, 0)])
@@ -48,31 +51,37 @@ def test_cells_hand_on_each_by_its_own_factor(sources):
         patch, cell = np.divmod(rows.key // REPLICATES, CELLS)
         sent = factor[patch, cell][:, None] * arriving[patch].astype(float) / (64 * REPLICATES)
         np.add.at(second, np.repeat(rows.chosen, RAYS), sent)
-    reflected = sum_reflections(Exchange(form_factors, factor), arriving.copy(), 2)
+    reflected = sum_reflections(partial(multiply, form_factors, factor), arriving.copy(), 2)
     assert reflected == pytest.approx(arriving + second, rel=1e-5)
 
 
-def test_rows_are_replaced_one_by_one():
-    """The product of the others stays as it is; rows of patches that had none are added."""
+def test_rays_of_further_rounds_count_as_those_of_one():
+    """A patch with rays of two rounds has the mean of both; the others stay as they are."""
     generator = np.random.default_rng(3)
     form_factors, other = random_form_factors(generator), random_form_factors(generator)
     before, after = (one.as_matrix().toarray() for one in (form_factors, other))
-    whole = FormFactors([], PATCHES, CELLS)
+    whole = FormFactors([[]], PATCHES, CELLS, np.zeros(PATCHES, int))
     for rows in form_factors.rows:
         whole.put(rows)
+    whole.rounds.append([])
     new = leave_rows(other.rows[0], np.arange(100) % 3 == 0)
     whole.put(new)
     taken = np.repeat(np.isin(np.arange(PATCHES), new.chosen), REPLICATES)
-    assert np.array_equal(whole.as_matrix().toarray(), np.where(taken[:, None], after, before))
+    mean = np.where(taken[:, None], (before + after) / 2, before)
+    assert whole.as_matrix().toarray() == pytest.approx(mean, abs=1e-7)
+    factor, light = generator.random((PATCHES, CELLS)).astype(np.float32), np.ones((PATCHES, 2), np.float32)
+    products = [multiply(one, factor, light) for one in (whole, form_factors, other)]
+    mean = np.where(taken[::REPLICATES, None], (products[1] + products[2]) / 2, products[1])
+    assert products[0] == pytest.approx(mean, rel=1e-5)
 
 
 def test_reflections_end_at_the_residual():
     """Of a room in which every ray hits: E_n = ρⁿ, so ρⁿ⁺¹ of the light is left, and its ratio is ρ at once."""
     rows = Rows(np.arange(2), 256 * np.arange(3), np.repeat([CELLS * REPLICATES, 0], 256).astype(np.int32), 64)
-    exchange = Exchange(FormFactors([rows], 2, CELLS), np.full((2, CELLS), 0.5, np.float32))
+    form_factors = FormFactors([[rows]], 2, CELLS, np.full(2, 64))
+    grey, white = (partial(multiply, form_factors, np.full((2, CELLS), albedo, np.float32)) for albedo in (0.5, 1))
     groups, light = sparse.csr_matrix([[1.0, 0], [1.0, 1.0]]), np.full((2, 1), 0.5, np.float32)
-    count, left = find_bounces(exchange, light, groups, groups @ np.ones((2, 1)))
+    count, left = find_bounces(grey, light, groups, groups @ np.ones((2, 1)))
     assert count == 8
-    white = Exchange(exchange.form_factors, np.ones((2, CELLS), np.float32))
     assert find_bounces(white, 2 * light, groups, groups @ np.ones((2, 1)))[0] == MOST_BOUNCES  # none is enough
     assert left == pytest.approx(0.5**9 / (1 - 0.5**9), rel=1e-4)
