@@ -93,11 +93,8 @@ def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, thr
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
     rows = np.flatnonzero(wanted if known is None else wanted & np.isnan(known[:, 0]))
     tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
-
-    def look(chosen):
-        return find_cramped(ray_scene, patches, chosen, clearances)
-
-    for chosen, cramped in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+    found = map_in_order(lambda chosen: find_cramped(ray_scene, patches, chosen, clearances), tasks, threads)
+    for chosen, cramped in zip(tasks, found, strict=True):
         share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
     return share
 

@@ -63,6 +63,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         ray_scene = build_tree(prepared, request).plan.ray_scene
     else:
         ray_scene = LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
+    own = take_rows(replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen])
     found = []
     for suns in ways:
         if len(few):
@@ -81,7 +82,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
             progress(f"error check, {way}", rays, rays / share, "rays")
 
         light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
-        found.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
+        dark = np.zeros_like(light.visible_share)
+        found.append(replace(own, suns=suns, visible_share=light.visible_share, direct_reflected=dark))
     return found
 
 
@@ -102,9 +104,3 @@ def draw_patches(scene, area, seed, count=PATCHES):
         if some:
             chosen.append(generator.choice(members, some, replace=False, p=size / size.sum()))
     return np.sort(np.concatenate(chosen))
-
-
-def take_surfaces(transfer, chosen, suns, visible_share):
-    """Some surfaces of a Transfer under other suns, without reflections."""
-    few = take_rows(replace(transfer, error_parts=None, bare=None), chosen)
-    return replace(few, suns=suns, visible_share=visible_share, direct_reflected=np.zeros_like(visible_share))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.patches import Patches, order_nearby
+from ..patches.patches import Patches
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
@@ -21,6 +21,7 @@ from .sun_blocks import SunBlock
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
+STRIP = 20.0  # [m] width of strips in which patches are sorted
 WORD = 16  # points, one bit each
 
 
@@ -163,19 +164,16 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
     tasks = []
     for many in np.unique(turns[looking]):
         rows = np.flatnonzero(looking & (turns == many))
-        # Several patches share a packet of rays then, and should lie side by side.
-        rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
-        tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
-
-    def trace_some(task):
-        chosen, turns = task
-        in_turns = SunsInTurns(suns, first_sun, turns)
-        return trace_in_turns(watch, chosen, in_turns, bits, None if asked is None else asked[chosen])
-
-    done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
-    for (chosen, many), sent in zip(tasks, map_in_order(trace_some, tasks, watch.threads), strict=True):
+        if many > 1:  # several patches share a packet of rays then, and should lie side by side
+            east, north, _ = patches.corner[rows].T
+            rows = rows[np.lexsort([north, np.floor(east / STRIP)])]
+        in_turns = SunsInTurns(suns, first_sun, int(many))
+        tasks += [(rows[start : start + step], in_turns) for start in range(0, len(rows), step)]
+    found = map_in_order(lambda task: trace_in_turns(watch, *task, bits, asked), tasks, watch.threads)
+    done, whole = 0, sum(len(chosen) / in_turns.turns for chosen, in_turns in tasks)
+    for (chosen, in_turns), sent in zip(tasks, found, strict=True):
         ray_count += sent
-        done += len(chosen) / many
+        done += len(chosen) / in_turns.turns
         report(done / whole, ray_count)
     return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
 
@@ -210,8 +208,8 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
     suns : SunsInTurns
     bits : (states, p, words, s) uint16
         Written: the rows of these patches.
-    asked : (c, s) bool, optional
-        Which suns each of them looks at; all if not given.
+    asked : (p, s) bool, optional
+        Which suns each patch looks at; all if not given.
 
     Returns
     -------
@@ -234,7 +232,7 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
         aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
         in_front = aoi_projection > 0
         wanted = np.ones(in_front.shape, bool) if watch.behind else in_front
-        wanted = wanted if asked is None else wanted & asked[:, first::turns]
+        wanted = wanted if asked is None else wanted & asked[chosen, first::turns]
         free = watch.ray_scene.trace_shadow_states(places, wanted, directions[first::turns])
         ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
         columns = np.arange(first, len(directions), turns)

@@ -23,53 +23,14 @@ from ..rays.sample_points import (
     cells_inside,
     sobol_digits,
 )
-from ..settings.errors import InputError, check_array
 from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
-from .traced import SKY_DOME, STEP, FirstLight, RayCity, RowLight, empty_traced, no_light
+from .traced import SKY_DOME, STEP, FirstLight, RowLight, no_light
 
 RAYS_PER_TASK, PARTS = 1 << 18, 8  # rays of a part, and most parts of a task
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
-LOW = (1 << 32) - 1  # bits of the first of two counts in one number
-
-
-def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
-    """Trace cosine-distributed rays from some patches.
-
-    Parameters
-    ----------
-    ray_scene : RayScene
-    patches : Patches
-    traced : (p,) bool
-        Patches that need rays. The others get zeros.
-    sample_count : int
-        Rays per patch, a multiple of HEMISPHERE_REPLICATES.
-    reflections : bool
-        Whether to collect the matrix of form factors.
-    threads : int
-    progress : callable
-        See `core.progress`.
-
-    Returns
-    -------
-    Traced
-
-    Raises
-    ------
-    InputError
-        If `traced` or `sample_count` is invalid, or a ray would not be finite.
-    """
-    check_array("traced", traced, (len(patches),), kind="b")
-    if sample_count < HEMISPHERE_REPLICATES or sample_count % HEMISPHERE_REPLICATES:
-        raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {HEMISPHERE_REPLICATES}")
-    city = RayCity(ray_scene=ray_scene, patches=patches, threads=threads, reflections=reflections)
-    found, rows, done = empty_traced(city), np.flatnonzero(traced), 0
-    for part, *_ in trace_rows(city, rows, sample_count):
-        found.put(part)
-        done += sample_count * (len(part.rows) + len(part.dark))
-        progress("sky and reflections", done, len(rows) * sample_count, "rays")
-    return found
+MOST_STEPS = 32767  # of 16-bit numbers
 
 
 def trace_rows(city, rows, samples):
@@ -148,7 +109,7 @@ def follow_rays(city, covered, rays):
     fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
-    mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
+    fate[within] = darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is None:
@@ -221,19 +182,15 @@ def source_rays(patches, source, chosen, sequence, *, share):
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
 
 
-@njit(nogil=True, cache=True)
-def mark_dark(fate, within, start_cells, covered, enclosed):
-    """Mark rays of patches `within` that start in covered cells as DARK.
+def darken_rays(fate, start_cells, covered):
+    """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²) bool, are DARK.
 
     All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is judged by what it
     hits, or the edge would count twice. Rays that escape downwards from a covered cell, below the ground or through a
     missing floor, do not reach lit ground.
     """
-    for place, patch in enumerate(within):
-        for ray in range(fate.shape[1]):
-            cell = start_cells[patch, ray]
-            if enclosed[place, cell] or (covered[place, cell] and fate[patch, ray] == FAR_GROUND):
-                fate[patch, ray] = DARK
+    within, inside = (np.take_along_axis(cells, start_cells, axis=1) for cells in (covered, enclosed_cells(covered)))
+    return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
 
 
 def tally_rays(fate, start_cells, near_cover, cells):
@@ -256,86 +213,45 @@ def tally_rays(fate, start_cells, near_cover, cells):
     element_far_ground, open_share : (c, cells) float32
         As of RowLight.
     """
-    count = len(fate)
-    sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
-    deviation = np.empty((count, cells, HEMISPHERE_REPLICATES), np.int16)
-    element_sky, element_far_ground, open_share = np.empty((3, count, cells), np.float32)
-    tally = sky, far_ground, element_sky, element_far_ground, open_share, deviation
-    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tally)
-    return FirstLight(sky, element_sky, deviation), far_ground, element_far_ground, open_share
+    rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
+    count_fates((fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts)
+    every, downwards, free, started = counts.astype(np.float32)
+    sky, far_ground = (part.sum(axis=2) / np.float32(rays // HEMISPHERE_REPLICATES) for part in (free, downwards))
+    every, below, opened = (part.sum(axis=1) for part in (every, downwards, started))
+    open_share = np.divide(opened, every, out=np.ones_like(every), where=every > 0)
+    # Where too few rays start in each cell, the patch is taken as a whole.
+    resolved = ((rays >= FEWEST_RAYS * cells) & (every > 0))[:, None]
+    free, started = (np.where(resolved, part, part.sum(axis=2, keepdims=True)) for part in (free, started))
+    # The visible sky is a ratio of two counts; the deviation of each replicate from it is linearised in both.
+    total = np.maximum(started.sum(axis=1, keepdims=True), 1)
+    mean = free.sum(axis=1, keepdims=True) / total
+    steps = np.rint((free - mean * started) * HEMISPHERE_REPLICATES / total / STEP)
+    deviation = np.ascontiguousarray(np.clip(steps, -MOST_STEPS, MOST_STEPS).astype(np.int16).swapaxes(1, 2))
+    return FirstLight(sky, mean[:, 0], deviation), far_ground, below / np.float32(rays), open_share
 
 
 @njit(nogil=True, cache=True)
-def count_fates(met_by, resolved, tally):
-    """Write what `tally_rays` returns.
+def count_fates(rays, cell_of, counts):
+    """Count the rays of each replicate that start in each larger cell: all, those to the far ground, those to the sky,
+    and those that start in the open.
 
     Parameters
     ----------
-    met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
+    rays : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
         The first three parameters of `tally_rays`.
-    resolved : tuple of (CELL_DIVISIONS²,) int and bool
-        The larger cell that contains each of these, and whether enough rays start in each; if not, the patch is taken
-        as a whole.
-    tally : tuple
+    cell_of : (CELL_DIVISIONS²,) int
+        The larger cell that contains each of these.
+    counts : (4, c, HEMISPHERE_REPLICATES, cells) int32
         Written.
     """
-    (fate, start_cells, near_cover), (cell_of, resolves) = met_by, resolved
-    sky, far_ground, element_sky, element_far_ground, open_share, deviation = tally
-    (count, rays), cells, every = fate.shape, element_sky.shape[1], HEMISPHERE_REPLICATES
-    per_replicate = rays // HEMISPHERE_REPLICATES
-    # Two counts in one number each: all rays and those to the far ground; rays to the sky and starts in the open.
-    escaping, opening = np.empty((2, cells), np.int64)
-    # The last row is for the whole patch, the last column for all replicates.
-    free, started = np.empty((2, cells + 1, HEMISPHERE_REPLICATES + 1), np.int64)
-    for patch in range(count):
-        escaping[:], free[:], started[:] = 0, 0, 0
+    (fate, start_cells, near_cover), (every, downwards, free, started) = rays, counts
+    per_replicate = fate.shape[1] // HEMISPHERE_REPLICATES
+    for patch in range(len(fate)):
         for replicate in range(HEMISPHERE_REPLICATES):
-            downwards = 0
-            opening[:] = 0
             for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
                 start, met = start_cells[patch, ray], fate[patch, ray]
                 cell = cell_of[start]
-                downwards += met == FAR_GROUND
-                escaping[cell] += 1 + (int(met == FAR_GROUND) << 32)
-                opening[cell] += int(met == SKY) + (int((not near_cover[patch, start]) | (met < BACK)) << 32)
-            for cell in range(cells):
-                reached, begun = opening[cell] & LOW, opening[cell] >> 32
-                for row in (cell, cells):
-                    for column in (replicate, every):
-                        free[row, column] += reached
-                        started[row, column] += begun
-            sky[patch, replicate] = np.float32(free[cells, replicate]) / np.float32(per_replicate)
-            far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
-        for cell in range(cells):
-            all_rays, below = escaping[cell] & LOW, escaping[cell] >> 32
-            taken = cell if resolves and all_rays > 0 else cells
-            open_share[patch, cell] = started[cell, every] / all_rays if all_rays else 1
-            element_far_ground[patch, cell] = below / rays
-            element_sky[patch, cell] = free[taken, HEMISPHERE_REPLICATES] / max(
-                started[taken, HEMISPHERE_REPLICATES], 1
-            )
-            taken = cell if resolves else cells
-            write_deviations(free[taken], started[taken], deviation[patch, cell])
-
-
-@njit(nogil=True, cache=True)
-def write_deviations(free, started, deviation):
-    """Deviation of each replicate's visible sky from the mean of all, in units of STEP.
-
-    The visible sky is a ratio of two counts, rays that reach the sky over rays that start in the open; its deviation is
-    linearised in both.
-
-    Parameters
-    ----------
-    free, started : (HEMISPHERE_REPLICATES + 1,) int
-        Numbers of these rays, the last one that of all replicates.
-    deviation : (HEMISPHERE_REPLICATES,) int16
-        Written.
-    """
-    whole = np.float32(max(started[HEMISPHERE_REPLICATES], 1))
-    mean = np.float32(free[HEMISPHERE_REPLICATES]) / whole
-    for replicate in range(HEMISPHERE_REPLICATES):
-        apart = np.float32(free[replicate]) - mean * np.float32(started[replicate])
-        steps = np.rint(apart * HEMISPHERE_REPLICATES / whole / STEP)
-        deviation[replicate] = np.int16(max(-32767, min(32767, steps)))
+                every[patch, replicate, cell] += 1
+                downwards[patch, replicate, cell] += met == FAR_GROUND
+                free[patch, replicate, cell] += met == SKY
+                started[patch, replicate, cell] += (not near_cover[patch, start]) | (met < BACK)

@@ -1,7 +1,7 @@
 """Cover cells: what those of a patch tell on each other, in the midst of their like or between some that agree."""
 
 import numpy as np
-from numba import njit
+from scipy import sparse
 
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.sample_points import cell_contacts, cell_places
@@ -43,24 +43,9 @@ def enclosed_cells(covered):
     -------
     (c, cells) bool
     """
-    enclosed = np.zeros(covered.shape, bool)
-    mark_enclosed(covered, cell_contacts(round(np.sqrt(covered.shape[1]))), enclosed)
-    return enclosed
-
-
-@njit(nogil=True, cache=True)
-def mark_enclosed(covered, contacts, enclosed):
-    """Set cells in `enclosed`, (c, cells) bool, that are covered and touch only covered cells.
-
-    A matrix product would do as well, but would start BLAS threads that compete with the tracer's.
-    """
-    for patch in range(len(covered)):
-        for cell in range(covered.shape[1]):
-            if covered[patch, cell]:
-                alone = False
-                for other in range(covered.shape[1]):
-                    alone |= contacts[cell, other] and not covered[patch, other]
-                enclosed[patch, cell] = not alone
+    # Sparse, since a product of full matrices would start BLAS threads that compete with the tracer's.
+    contacts = sparse.csr_matrix(cell_contacts(round(np.sqrt(covered.shape[1]))))
+    return covered & ~(contacts @ ~covered.T).T
 
 
 def leading_cells():

@@ -50,7 +50,7 @@ class FacingScene(LeafyScene):
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            turn_to_fronts(self._pairs(), self._kinds, ray_directions, tuple(places))
+            turn_to_fronts(tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:
             turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
         return places
@@ -60,7 +60,8 @@ class FacingScene(LeafyScene):
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            turn_to_fronts(self._pairs(), (self._kinds[0], self._none), ray_directions, tuple(places))
+            kinds = self._kinds[0], self._none
+            turn_to_fronts(tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places))
         return places
 
     def find_doubles(self, places):
@@ -80,10 +81,7 @@ class FacingScene(LeafyScene):
         """
         if not len(self.coincident):
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
-        return list_doubles(self._pairs(), self._kinds, tuple(places))
-
-    def _pairs(self):
-        return self.coincident.start, self.coincident.other, self.coincident.places
+        return list_doubles(tuple(vars(self.coincident).values()), self._kinds, tuple(places))
 
 
 @njit(nogil=True, cache=True, inline="always")

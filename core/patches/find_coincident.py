@@ -181,12 +181,6 @@ def reach_along(corners, one, a0, a1, a2):
 
 
 @njit(nogil=True, cache=True)
-def cell_of(place, size):
-    """Index along an axis of the cell that contains a coordinate."""
-    return np.int64(np.floor(place / size))
-
-
-@njit(nogil=True, cache=True)
 def bucket_of_cell(x, y, z, mask):
     """Hash bucket of a cell; collisions only cost time."""
     word = np.uint64(x) * GOLDEN
@@ -209,10 +203,10 @@ def touch_cells(box, size, mask, touched):
         One less than the number of buckets.
     touched : (27,) int64
     """
-    found = 0
-    for x in range(cell_of(box[0], size), cell_of(box[3], size) + 1):
-        for y in range(cell_of(box[1], size), cell_of(box[4], size) + 1):
-            for z in range(cell_of(box[2], size), cell_of(box[5], size) + 1):
+    found, low, high = 0, np.floor(box[:3] / size), np.floor(box[3:] / size)
+    for x in range(np.int64(low[0]), np.int64(high[0]) + 1):
+        for y in range(np.int64(low[1]), np.int64(high[1]) + 1):
+            for z in range(np.int64(low[2]), np.int64(high[2]) + 1):
                 bucket = bucket_of_cell(x, y, z, mask)
                 known = False
                 for place in range(found):

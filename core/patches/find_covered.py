@@ -29,7 +29,6 @@ from .inside_test import (
     STRAY_RAYS,
     find_touching,
     follow,
-    is_touched,
     judge_ends,
     lie_inside,
     number_rays,
@@ -190,7 +189,9 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | ((4 * backs > RAYS) & (backs + belows == RAYS))
     doubtful = ~found & (ends[1] == 0)
     touching = np.zeros(len(found), bool)
-    touching[doubtful] = is_touched(ray_scene, patches, places.take(doubtful))
+    own, b1, b2 = places.take(doubtful)
+    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
+    touching[doubtful] = find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
     hidden = doubtful & ~touching & (ends[0] == 0)
     going = (found | (doubtful & ~touching))[:, None] & ~(back | sky | below)
     # Of places from which all rays met fronts most are in the open: one that leaves tells, and spares the others.

@@ -13,7 +13,7 @@ two widths of the gap along it as from a hundred to two hundred.
 import numpy as np
 from numba import njit
 
-from ..rays.hemisphere_rays import points_of_patches, rays_from_patches
+from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform_of
 from .fates_of_rays import meets_back
 
@@ -25,13 +25,6 @@ FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along 
 CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
-
-
-def is_touched(ray_scene, patches, places):
-    """Whether a face looks back at some points of patches from less than CONTACT: (k,) bool."""
-    own, b1, b2 = places
-    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
-    return find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
 
 
 def judge_ends(backs, skies, below):

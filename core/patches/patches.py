@@ -190,33 +190,3 @@ def find_made_up(scene):
     surfaces = scene.surfaces
     pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
     return np.array([MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs], bool)
-
-
-BITS = 16  # of each coordinate
-MASKS = ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555))
-
-
-def order_nearby(points):
-    """Order of points in plan view.
-
-    Parameters
-    ----------
-    points : (n, 2) or (n, 3) float [m]
-
-    Returns
-    -------
-    (n,) int
-
-    References
-    ----------
-    G. M. Morton (1966), A computer oriented geodetic data base and a new technique in file sequencing. IBM.
-    """
-    if not len(points):
-        return np.zeros(0, int)
-    plan = np.asarray(points, float)[:, :2]
-    low = plan.min(axis=0)
-    extent = max(float((plan - low).max()), 1e-9)
-    cells = ((plan - low) / extent * (2**BITS - 1)).astype(np.uint32)
-    for shift, mask in MASKS:  # a zero between each two bits
-        cells = (cells | (cells << np.uint32(shift))) & np.uint32(mask)
-    return np.argsort(cells[:, 0] | (cells[:, 1] << 1), kind="stable")

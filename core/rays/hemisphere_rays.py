@@ -165,21 +165,9 @@ def points_of_patches(patches, chosen, b1, b2):
 
 def add_vectors(frames, weights):
     """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c, m, 3) float32."""
-    found = np.empty((3, *weights[0].shape), np.float32)
-    weigh_vectors(frames, tuple(np.ascontiguousarray(part, np.float32) for part in weights), found)
-    return np.moveaxis(found, 0, -1)
-
-
-@njit(nogil=True, cache=True)
-def weigh_vectors(frames, weights, found):
-    """Write what `add_vectors` returns, (3, c, m)."""
-    first, second, third = weights
-    for axis in range(3):
-        for patch in range(len(frames)):
-            one, other, last = frames[patch, 0, axis], frames[patch, 1, axis], frames[patch, 2, axis]
-            to = found[axis, patch]
-            for ray in range(len(to)):
-                to[ray] = first[patch, ray] * one + second[patch, ray] * other + third[patch, ray] * last
+    first, second, third = (part.astype(np.float32, copy=False) for part in weights)
+    one, other, last = frames.transpose(1, 2, 0)[..., None]
+    return np.moveaxis(first * one + second * other + third * last, 0, -1)
 
 
 def is_compiled():
@@ -203,34 +191,14 @@ def merge_nets(shifts, halves):
     (c, 2 m) float32
     """
     count, points = halves[0].shape
+    (rows, columns), (finer_rows, finer_columns) = grid_of(points), grid_of(2 * points)
+    row, column = np.divmod(np.arange(points), columns)
     whole = np.empty((count, 2 * points), np.float32)
     for shift, values in zip(shifts, halves, strict=True):
-        place_values(shift, (points_of_grid(points), grid_of(points)), grid_of(2 * points), values, whole)
+        # As in `place_points`: which point lies in each rectangle, and then in which of the finer grid.
+        along, across = shift.astype(np.int64).T[:, :, None]
+        place = (row ^ (across * rows >> DIGITS)) * columns + (column ^ (along * columns >> DIGITS))
+        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack([along, across])
+        finer = (v * finer_rows >> DIGITS) * finer_columns + (u * finer_columns >> DIGITS)
+        np.put_along_axis(whole, finer, values, axis=1)
     return whole
-
-
-@njit(nogil=True, cache=True)
-def place_values(shift, net, finer, values, whole):
-    """Write the values of points to the rectangles of a finer grid in which they lie.
-
-    Parameters
-    ----------
-    shift : (c, 2) uint32
-    net : tuple of (m, 2) uint32 and tuple of int
-        Of `points_of_grid` and `grid_of`.
-    finer : tuple of int
-        Rows and columns.
-    values : (c, m) float32
-    whole : (c, 2 m) float32
-        Written.
-    """
-    digits, (rows, columns) = net
-    for patch in range(len(shift)):
-        along, across = np.int64(shift[patch, 0]), np.int64(shift[patch, 1])
-        column_turn, row_turn = (along * columns) >> DIGITS, (across * rows) >> DIGITS
-        for point in range(len(digits)):
-            row, column = (point // columns) ^ row_turn, (point % columns) ^ column_turn
-            found = digits[row * columns + column]
-            u, v = np.int64(found[0]) ^ along, np.int64(found[1]) ^ across
-            place = ((v * finer[0]) >> DIGITS) * finer[1] + ((u * finer[1]) >> DIGITS)
-            whole[patch, place] = values[patch, point]

@@ -3,7 +3,6 @@
 import functools
 
 import numpy as np
-from numba import njit
 
 DIGITS = 24  # binary digits of float32 numbers below 1
 DIRECTION_NUMBERS = (  # of dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers
@@ -11,7 +10,6 @@ DIRECTION_NUMBERS = (  # of dimensions 2 to 4: coefficients of the primitive pol
     (1, (1, 3)),
     (1, (1, 3, 1)),
 )
-HALF = np.float32(0.5)
 HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their variance gives the standard error
 
 
@@ -192,32 +190,9 @@ def stratified_points(u, v, divisions, cells=slice(None)):
     -------
     b1, b2 : (n, cells) float32
     """
-    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)  # (2, cells) each
-    found = np.empty((2, *u.shape), np.float32)
-    cells = np.stack([first, second - first, third - first])
-    lay_in_cells(np.ascontiguousarray(u), np.ascontiguousarray(v), cells, found)
-    return found[0], found[1]
-
-
-@njit(nogil=True, cache=True)
-def lay_in_cells(u, v, cells, found):
-    """Map points of the square into cells of a triangle, as `barycentric_of_square` does into the whole of it.
-
-    Parameters
-    ----------
-    u, v : (n, cells) float32
-    cells : (3, 2, cells) float32
-        First corner of each cell, and edges from there.
-    found : (2, n, cells) float32
-        Written: barycentric weights.
-    """
-    for row in range(len(u)):
-        for cell in range(u.shape[1]):
-            x, y = u[row, cell], v[row, cell]
-            b1 = x * HALF if y > x else x - y * HALF
-            b2 = y - x * HALF if y > x else y * HALF
-            for axis in range(2):
-                found[axis, row, cell] = cells[0, axis, cell] + b1 * cells[1, axis, cell] + b2 * cells[2, axis, cell]
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]  # (2, 1, cells) each
+    b1, b2 = barycentric_of_square(u, v)
+    return tuple(first + b1 * (second - first) + b2 * (third - first))
 
 
 @functools.cache

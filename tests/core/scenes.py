@@ -6,6 +6,8 @@ from citypv.core.city.classify import classify
 from citypv.core.city.scene import Scene, Site, Surfaces
 from citypv.core.commands.plain_scenes import rectangle
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_rows
+from citypv.core.light.traced import RayCity, empty_traced
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
@@ -68,6 +70,15 @@ def suns_towards(directions):
 def run_gather(scene, suns, **settings):
     """Transfer of gather with some settings of a Request."""
     return trace_gather(scene, suns, Request(**settings), silent)
+
+
+def trace_patches(ray_scene, patches, rows, samples, threads=1):
+    """What the hemisphere rays of some patches, (r,) int, meet: Traced."""
+    city = RayCity(ray_scene=ray_scene, patches=patches, threads=threads)
+    found = empty_traced(city)
+    for part, *_ in trace_rows(city, rows, samples):
+        found.put(part)
+    return found
 
 
 def run_forward(scene, suns, **settings):

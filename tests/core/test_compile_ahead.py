@@ -30,18 +30,18 @@ def nothing_kept(monkeypatch):
 
 CALL = """
 import numpy as np
-from citypv.core.light.kept_matrix import add_rows as loop
-values = np.zeros((2, 3), np.float32)
-loop(np.zeros(2, np.int32), np.zeros(0, np.int32), np.zeros(0), values, values[:1, ::2])
+from citypv.core.light.sun_visibility import add_points as loop
+light = np.zeros((1, 2), np.float32)
+loop(np.zeros((1, 1, 2), np.uint16), light, np.zeros(2, np.float32), light)
 print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values()))
 """
 
 
 def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(fresh_cache):
     child = ahead.start_child()
-    assert read_loops()[-1].split()[1] == "add_rows"  # is compiled first
+    assert read_loops()[-1].split()[1] == "add_points"  # is compiled first
     end = time.monotonic() + 120
-    while child.poll() is None and not list(fresh_cache.glob("*/*.add_rows-*.nbc")):
+    while child.poll() is None and not list(fresh_cache.glob("*/*.add_points-*.nbc")):
         assert time.monotonic() < end
         time.sleep(0.05)
     child.stdin.close()  # as the system closes it when the parent ends

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
-from scenes import run_forward, run_gather
+from scenes import run_forward, run_gather, trace_patches
 
 from citypv.core.city.find_ground import find_resting_floors
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
@@ -16,7 +16,6 @@ from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
@@ -135,18 +134,11 @@ def test_broken_albedo():
         refused(words, patches_of_scene, HOUSE, values, 0)
 
 
-def hemisphere(patches=PATCHES, traced=EVERY, samples=64):
-    ray_scene = RayScene(HOUSE.vertices, HOUSE.triangles)
-    return trace_hemisphere(
-        ray_scene, patches, traced, sample_count=samples, reflections=True, threads=1, progress=silent
-    )
+def hemisphere(patches=PATCHES):
+    return trace_patches(RayScene(HOUSE.vertices, HOUSE.triangles), patches, np.arange(COUNT), 64)
 
 
 def test_broken_hemisphere():
-    refused("traced: shape", hemisphere, traced=EVERY[1:])
-    refused("traced: values of type int64", hemisphere, traced=EVERY.astype(np.int64))
-    for samples in (0, 2, 66, -4):
-        refused("sample_count", hemisphere, samples=samples)
     for name in ("corner", "normal", "edges", "tangents", "offset"):
         broken = copy.deepcopy(PATCHES)
         getattr(broken, name)[...] = np.nan
@@ -202,7 +194,7 @@ def test_broken_reflections():
     ):
         refused(name, solve, *arrays)
     for (name, _), broken in rows.items():
-        refused(f"{name} of form_factors: entry 7 is", solve, replace(factors, rows=[broken]), factor, light, light)
+        refused(f"{name} of form_factors: entry 7 is", solve, replace(factors, rounds=[[broken]]), factor, light, light)
 
 
 def test_broken_closed_forms():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as draw
-from scenes import join, run_gather, strip, suns_towards
+from scenes import join, run_gather, strip, suns_towards, trace_patches
 from thorough import draw_count
 from towns import city_of_polygons, moved, turned
 
@@ -17,7 +17,6 @@ from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.law
@@ -65,9 +64,7 @@ def assert_same_means(one, other, limit):
 def hemisphere_of(scene, samples=256):
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     ray_scene = RayScene(scene.vertices, scene.triangles)
-    return patches, trace_hemisphere.trace_hemisphere(
-        ray_scene, patches, patches.receives, sample_count=samples, reflections=True, threads=1, progress=silent
-    )
+    return patches, trace_patches(ray_scene, patches, np.flatnonzero(patches.receives), samples)
 
 
 @law

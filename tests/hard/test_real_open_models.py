@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays
+from scenes import trace_patches
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
-from citypv.core.settings.progress import silent
 
 DATA = Path(__file__).parents[1] / "data"
 FILES = {
@@ -53,10 +52,7 @@ def walls_of(town):
 def look(town):
     """What the tracer says of the same walls: shares (n, 3) of sky, far ground and fronts, and the whole answer."""
     scene, (patches, rows, *_) = scene_of(town), walls_of(town)
-    traced = np.isin(np.arange(len(patches)), rows)
-    ray_scene = RayScene(scene.vertices, scene.triangles)
-    settings = {"sample_count": RAYS, "reflections": True, "threads": 2, "progress": silent}
-    found = trace_hemisphere(ray_scene, patches, traced, **settings)
+    found = trace_patches(RayScene(scene.vertices, scene.triangles), patches, rows, RAYS, threads=2)
     met = np.asarray(found.form_factors.as_matrix().sum(axis=1)).reshape(found.sky.shape)
     return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
 
