@@ -160,6 +160,7 @@ def test_points_and_sky_rays_are_those_of_one_run(sizes):
     assert len(rows) > 100
     assert net.light == pytest.approx(in_one_run(3).direct.annual.by_point[rows], rel=1e-5, abs=1e-7)
     assert rounds.record.rounds == 4
+    assert np.array_equal(city.traced.samples, 4 * in_rounds(3, ()).traced.samples)  # of covered patches too
     assert rounds.record.hemisphere_rays >= one.record.hemisphere_rays
 
 
