@@ -2,8 +2,8 @@
 
 Terrain far from it hides suns and sky. The open ground beyond it, up to the horizon, reflects light as if nothing
 shaded it. Where the near ground ends, buildings still shade it a little: at a distance of r building heights a long row
-of them hides (1 - cos β)/2 of its sky, with tan β = 1/r. The sky of Perez is brighter around the sun and at the
-horizon, instead of an even one.
+of them hides (1 - cos β)/2 of its sky, with tan β = 1/r, and suns below β on one side. The sky of Perez is brighter
+around the sun and at the horizon, instead of an even one.
 """
 
 from dataclasses import replace
@@ -16,7 +16,7 @@ from ..sun.horizon import UP, first_light, is_above, light_behind, lost_sky, sum
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
-from .closed_form import ground_view_of_tilt
+from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import NO_SUNS, Effect, counted_surfaces
 
 TERRAIN = "terrain-horizon"
@@ -137,7 +137,10 @@ FAR_GROUND = "far-ground"
 
 
 def decide_far_ground(inputs):
-    """On if anything reflects; the run tells what ground at the edge of the near ground lacks of its light."""
+    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades.
+
+    The bound is the closed form of the kind and orientation that sees most of the far ground.
+    """
     plan = inputs.plan
     if not inputs.asked(FAR_GROUND, inputs.request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
@@ -147,7 +150,15 @@ def decide_far_ground(inputs):
         return Effect(FAR_GROUND, False, "none", words, 0.0, share=0.0)
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
-    return Effect(FAR_GROUND, True, "once reflected", words, None)
+    bound = share_left_out(inputs) if inputs.unshaded else None
+    if bound is not None:
+        # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
+        surfaces = inputs.scene.surfaces
+        normal = np.asarray(surfaces.normal, float)[counted_surfaces(surfaces)]
+        reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
+        light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
+        bound = max(bound, float((reflected / light).max())) * max(shade_at_edge(plan.reach, inputs.suns))
+    return Effect(FAR_GROUND, True, "once reflected", words, bound)
 
 
 def share_left_out(inputs):
@@ -181,6 +192,27 @@ def measure_reach(scene, patches):
         return 0.0
     room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
     return float(max(room.min(), 0.0) / (city[:, 2].max() - np.median(ground[:, 2])))
+
+
+def shade_at_edge(reach, suns):
+    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at some distance.
+
+    Parameters
+    ----------
+    reach : float
+        Distance in building heights.
+    suns : Suns or None
+
+    Returns
+    -------
+    of_sky, of_sun : float
+        Half of the light of suns below the row's edge.
+    """
+    lowest, of_sun = np.arctan2(1.0, reach), 0.0
+    if suns is not None:
+        light = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
+        of_sun = light[suns.direction[:, 2] < np.sin(lowest)].sum() / max(light.sum(), 1e-9) / 2
+    return float((1 - np.cos(lowest)) / 2), float(of_sun)
 
 
 PEREZ = "perez"

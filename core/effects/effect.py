@@ -100,6 +100,13 @@ class Inputs:
         horizon = self.horizons[0]
         return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
 
+    @cached_property
+    def unshaded(self) -> bool:
+        """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
+        wanted = np.append(counted_surfaces(self.scene.surfaces), False)
+        receivers = wanted[self.scene.triangle_surface] & self.patches.receives
+        return bool(self.plan.unobstructed[receivers].all())
+
 
 def counted_surfaces(surfaces):
     """Surfaces whose light counts: the eligible ones, or all where none is: (n,) bool."""

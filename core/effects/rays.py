@@ -68,7 +68,8 @@ def decide_receivers(inputs):
     inputs.plan.receivers = full
     extent = f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} patches"
     reason = "they are ground, downward or not eligible, and only pass light on"
-    return Effect(RECEIVERS, True, extent, reason, None)
+    # Nothing is passed on to receivers that nothing stands in front of.
+    return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
 
 
 def decide_reflectors(inputs):

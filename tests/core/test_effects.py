@@ -12,7 +12,7 @@ from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
-from citypv.core.effects.beyond_scene import measure_reach
+from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
 from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
@@ -66,6 +66,20 @@ def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
         light[on] = light_of_groups(traced, weather)
     lost = 1 - light[False] / light[True]
     assert 0.01 < lost.max() <= prepared.plan["far-ground"].bound < 0.6
+
+
+@pytest.mark.parametrize("albedo", [0.25, 1.0])
+def test_the_edge_of_the_near_ground_before_a_wall_alone(albedo):
+    """At a distance of r heights a long row hides (1 - cos β)/2 of the sky, tan β = 1/r; here no ground is near: r = 0.
+
+    Of a wall's light from an even sky ρ/2 over 1/2 + ρ/2 comes from the ground, of which it loses half.
+    """
+    request = Request(ground_albedo=albedo, weather="clear-sky", sky="isotropic", suns="days:2", threads=1)
+    scene = scene_of_triangles(*WALL)
+    plan = prepare_study(scene, read_year(scene.site, request), request).plan
+    assert plan.reach == 0
+    assert 0.5 * albedo / (1 + albedo) <= plan["far-ground"].bound < 0.5
+    assert shade_at_edge(3.0, None)[0] == pytest.approx((np.sqrt(10) - 3) / (2 * np.sqrt(10)))
 
 
 def test_reach_of_the_ground():
