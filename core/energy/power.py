@@ -142,9 +142,7 @@ def ac_power(power, system):
     Consumption at night is neglected.
     """
     inverter = system.inverter
-    if not system.feeds_grid:
-        return power
-    power = np.maximum(power, 0) * (1.0 - system.losses / 100.0)
+    power = np.maximum(power, 0) * (1.0 - system.losses / 100.0) if system.losses or inverter else power
     if inverter is None:
         return power
     if inverter.name == PVWATTS:

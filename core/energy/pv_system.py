@@ -86,11 +86,6 @@ class PvSystem:
     temperature: bool = True  # whether cells are as warm as air and light make them, or always at 25 °C
 
     @property
-    def feeds_grid(self):
-        """Whether AC differs from DC: with losses or an inverter."""
-        return self.losses > 0 or self.inverter is not None
-
-    @property
     def mountings(self):
         """Mountings that occur, of MOUNTINGS: tuple of str."""
         return AUTO if self.mounting == "auto" else (self.mounting,)

@@ -16,7 +16,8 @@ from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
-from .surfaces_file import AGAIN, CURE, read_surfaces
+from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces
+from .transfer_file import read_fields
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
@@ -103,8 +104,11 @@ def read_results(folder):
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     axis = read_times(folder / "timeseries.nc")
-    light = read_surfaces(folder, faces["surface_id"].tolist())
-    return Results(folder.absolute().name, faces, groups, summary, *axis, *light)
+    with open_surfaces(folder) as file:
+        outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
+        suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
+        check_names(folder, file["surface_id"][:], faces["surface_id"].tolist())
+    return Results(folder.absolute().name, faces, groups, summary, *axis, suns, outlines, months)
 
 
 def read_summary(path):

@@ -5,10 +5,9 @@ from contextlib import contextmanager
 import h5netcdf
 import numpy as np
 
-from ..city.grid_cells import Outlines
 from ..settings.errors import InputError
 from .netcdf_file import netcdf_file, write_variables
-from .transfer_file import PACKED, describe_fields, read_fields
+from .transfer_file import PACKED, describe_fields
 
 NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
@@ -57,34 +56,6 @@ def open_surfaces(folder):
             yield file
     except (OSError, KeyError, IndexError) as error:
         raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
-
-
-def read_surfaces(folder, surface_id):
-    """Directions of the traced suns, and outlines and hours by month of the surfaces.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-    surface_id : list of str
-        Of faces.csv.
-
-    Returns
-    -------
-    suns : (s, 3) numpy.ndarray
-    outlines : Outlines or None
-        None where the light is that of a file without them.
-    months : (n, 12) numpy.ndarray [h]
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or belongs to another run.
-    """
-    with open_surfaces(folder) as file:
-        outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
-        suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
-        check_names(folder, file["surface_id"][:], surface_id)
-    return suns, outlines, months
 
 
 def check_names(folder, found, surface_id):
