@@ -97,8 +97,10 @@ def test_share_is_what_the_law_says(brdf, zenith):
 
 
 def test_what_glossy_faces_lose():
-    """All over the hemisphere what the docstring says."""
+    """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the docstring says."""
     draws = np.random.default_rng(6).random((400_000, 3))
+    _, share = Glossy(1.0, 1.0).sample(np.repeat(towards(0.0), len(draws), axis=0), draws)
+    assert share.mean() == pytest.approx(1 - np.log(2), abs=4 * share.std() / np.sqrt(len(draws)))
     arriving = np.column_stack(cosine_direction(draws[:, 0], draws[:, 1]))
     for roughness, lost in ((0.1, 0.03), (0.3, 0.153), (1.0, 0.593)):
         _, share = Glossy(1.0, roughness).sample(arriving, np.random.default_rng(7).random(draws.shape))

@@ -51,6 +51,11 @@ def test_a_level_surface_keeps_the_cosine_squared_of_the_sky():
         assert 1 - lost_sky(level, uniform(height)) == pytest.approx(np.cos(angle) ** 2, abs=1e-12)
         wall = (angle + np.sin(angle) * np.cos(angle)) / np.pi
         assert lost_sky(south, uniform(height)) == pytest.approx(wall, abs=1e-5)
+    # A quarter in the east and one in the west; a south wall sees half of each, at the flat end of its cosine.
+    angle = np.radians(15)
+    assert lost_sky(level, valley(15)) == pytest.approx(np.sin(angle) ** 2 / 2, abs=1e-3)
+    part = (angle + np.sin(angle) * np.cos(angle)) * (1 - np.sin(np.radians(45))) / np.pi
+    assert lost_sky(south, valley(15)) == pytest.approx(part, abs=2e-4)
 
 
 def test_lost_sky_of_any_slope_is_what_random_rays_lose():
