@@ -247,16 +247,6 @@ def share_cells(count, wanted):
     return sparse.csr_array((overlap[touched], (interval[touched], cells[touched])), shape=(wanted, count))
 
 
-def window_between(raster, corners):
-    """First column, first row, columns and rows of the raster inside a rectangle of its system, or None."""
-    (west, south), (east, north) = corners
-    corners = np.array([(west, south), (west, north), (east, south), (east, north)])
-    places = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
-    first = np.maximum(np.floor(places.min(axis=0)).astype(np.int64) - 1, 0)
-    last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
-    return (*first, *(last - first)) if (last - first > 1).all() else None
-
-
 def windows_around(raster, places):
     """Parts of a raster around places, (k, 2) in its system: list of (column, row, width, height) and middle longitude.
 
@@ -269,8 +259,13 @@ def windows_around(raster, places):
         if turn:
             middle = places[-1, 0] + count * turn
             own[:, 0] = turn_towards(own[:, 0], middle, turn)
-        window = window_between(raster, (own.min(axis=0), own.max(axis=0)))
-        found += [] if window is None else [(window, middle)]
+        (west, south), (east, north) = own.min(axis=0), own.max(axis=0)
+        corners = np.array([(west, south), (west, north), (east, south), (east, north)])
+        cells = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
+        first = np.maximum(np.floor(cells.min(axis=0)).astype(np.int64) - 1, 0)
+        last = np.minimum(np.ceil(cells.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
+        if (last - first > 1).all():
+            found.append(((*first, *(last - first)), middle))
     return found
 
 

@@ -156,12 +156,7 @@ def _read_layer(raster, window, posts, notes, target):
     places = np.column_stack([x.ravel(), y.ravel(), np.ones(rows * columns)]) @ matrix.T
     unit = _common_unit(raster, crs, unit)
     places = transform_crs(places, raster.crs, crs, path) if unit is None else places * unit
-    return _triangulate(places, heights)
-
-
-def _triangulate(places, heights):
-    """Two triangles per cell of four posts, none over a gap."""
-    rows, columns = heights.shape
+    # Two triangles per cell of four posts, none over a gap.
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     triangles = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))])
