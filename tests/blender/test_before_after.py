@@ -87,9 +87,8 @@ def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_sha
     compute(write_gml(tmp_path / "two.gml", first, second))
     bpy.ops.citypv.keep_before()
     origin = tuple(find_before(bpy.context.scene)["citypv_origin"])
-    others = [
-        text.replace('"a', '"z').replace('"b', '"a') for text in (second, first)
-    ]  # the second has the first's name
+    # The second has the first's name.
+    others = [text.replace('"a', '"z').replace('"b', '"a') for text in (second, first)]
     city = compute(write_gml(tmp_path / "three.gml", describe_house("far", (-900, 0)), *others))
     assert tuple(city["citypv_origin"]) != origin
     assert city["citypv_matched"].startswith("14 surfaces matched by shape; grey: 7 new")

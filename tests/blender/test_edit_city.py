@@ -80,10 +80,8 @@ def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypa
     bpy.ops.ed.redo()
     if describe_edit(here())[0]:
         run("update")
-    assert hours_of(session_here()) == pytest.approx(second, rel=0, abs=0, nan_ok=True) and describe_edit(here()) == (
-        "",
-        "",
-    )
+    assert hours_of(session_here()) == pytest.approx(second, rel=0, abs=0, nan_ok=True)
+    assert describe_edit(here()) == ("", "")
 
 
 def triangles_of(session, building):
@@ -112,9 +110,8 @@ def test_the_estimate_before_the_exact_numbers_is_close(addon, city_file):
     run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
     session, seen = session_here(), []
     before = hours_of(session)
-    scene = stand_city(
-        edit_city(session.city, Change(raised={"house0": 12.0})), session.base.request, like=session.scene
-    )
+    higher = edit_city(session.city, Change(raised={"house0": 12.0}))
+    scene = stand_city(higher, session.base.request, like=session.scene)
 
     def preview(*light):
         seen.append(estimate_hours(session, scene, light))

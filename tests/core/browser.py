@@ -123,12 +123,8 @@ class Browser:
         """Press a key."""
         text = {"text": "\r" if key == "Enter" else key} if key == "Enter" or len(key) == 1 else {}
         codes = {"ArrowLeft": 37, "Home": 36, "Escape": 27, "Enter": 13}
-        details = {
-            "key": key,
-            "code": key,
-            "windowsVirtualKeyCode": codes.get(key, ord(key[0])),
-            "modifiers": 8 * shift,
-        }
+        details = {"key": key, "code": key, "modifiers": 8 * shift}
+        details["windowsVirtualKeyCode"] = codes.get(key, ord(key[0]))
         self.call("Input.dispatchKeyEvent", type="keyDown", **details, **text)
         self.call("Input.dispatchKeyEvent", type="keyUp", **details)
 

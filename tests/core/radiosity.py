@@ -30,15 +30,10 @@ def canyon_after_bounces(height, width, albedo, bounces, strips=80):
     left = [((0, z1), (0, z0)) for z0, z1 in itertools.pairwise(up)]
     pieces = ground + right + left
     face = [0] * strips + [1] * strips + [2] * strips
-    factors = np.array(
-        [
-            [
-                0 if face[i] == face[j] else abs(crossed_strings(*pieces[i], *pieces[j][::-1]))
-                for j in range(len(pieces))
-            ]
-            for i in range(len(pieces))
-        ]
-    )
+    factors = np.zeros((len(pieces), len(pieces)))
+    for i, j in np.ndindex(factors.shape):
+        if face[i] != face[j]:
+            factors[i, j] = abs(crossed_strings(*pieces[i], *pieces[j][::-1]))
     sky = 1 - factors.sum(axis=1)
     arriving, total, rows = sky, sky.copy(), [sky.copy()]
     for _ in range(bounces):

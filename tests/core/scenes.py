@@ -31,18 +31,8 @@ def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=N
     azimuth = np.degrees(np.arctan2(unit[:, 0], unit[:, 1])) % 360
     thematic = [""] * count if thematic is None else thematic
     kind, orientation, eligible = classify(area, tilt, azimuth, thematic)
-    surfaces = Surfaces(
-        [f"s{index}" for index in range(count)],
-        ["b"] * count,
-        thematic,
-        kind,
-        orientation,
-        eligible,
-        area,
-        tilt,
-        azimuth,
-        unit,
-    )
+    ids = [f"s{index}" for index in range(count)]
+    surfaces = Surfaces(ids, ["b"] * count, thematic, kind, orientation, eligible, area, tilt, azimuth, unit)
     nothing = np.zeros(len(triangles), bool)
     site = Site(52.5, 13.4, 0.0, 0.0, None, (0.0, 0.0, 0.0))
     return Scene(vertices, triangles, own.astype(np.int32), nothing, nothing.copy(), surfaces, site)

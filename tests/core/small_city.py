@@ -1,5 +1,7 @@
 """A CityGML of a few box houses, written anew for each test."""
 
+import citygml_text as text
+
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <CityModel xmlns="http://www.opengis.net/citygml/2.0" xmlns:bldg="http://www.opengis.net/citygml/building/2.0"
  xmlns:gml="http://www.opengis.net/gml">
@@ -12,19 +14,9 @@ TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces
 EAST, NORTH, UP = 390_000.0, 5_818_000.0, 30.0
 
 
-def polygon(name, points):
-    ring = " ".join(f"{EAST + x:.3f} {NORTH + y:.3f} {UP + z:.3f}" for x, y, z in [*points, points[0]])
-    return (
-        f'<gml:surfaceMember><gml:Polygon gml:id="{name}"><gml:exterior><gml:LinearRing><gml:posList>{ring}'
-        "</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon></gml:surfaceMember>"
-    )
-
-
 def surface(kind, name, points):
-    return (
-        f"<bldg:boundedBy><bldg:{kind}><bldg:lod2MultiSurface><gml:MultiSurface>{polygon(name, points)}"
-        f"</gml:MultiSurface></bldg:lod2MultiSurface></bldg:{kind}></bldg:boundedBy>\n"
-    )
+    placed = [(f"{EAST + x:.3f}", f"{NORTH + y:.3f}", f"{UP + z:.3f}") for x, y, z in points]
+    return text.surface(text.members(text.polygon(name, placed)), kind)
 
 
 def house(name, low, size, ridge=4.0):
@@ -38,16 +30,14 @@ def house(name, low, size, ridge=4.0):
         "north": [(x1, y1, 0), (x0, y1, 0), (x0, y1, z), (x1, y1, z)],
         "west": [(x0, y1, 0), (x0, y0, 0), (x0, y0, z), (x0, middle, top), (x0, y1, z)],
     }
-    text = surface("GroundSurface", f"{name}_ground", [(x0, y0, 0), (x0, y1, 0), (x1, y1, 0), (x1, y0, 0)])
-    for side, points in walls.items():
-        text += surface("WallSurface", f"{name}_{side}", points)
-    text += surface(
-        "RoofSurface", f"{name}_roof_south", [(x0, y0, z), (x1, y0, z), (x1, middle, top), (x0, middle, top)]
-    )
-    text += surface(
-        "RoofSurface", f"{name}_roof_north", [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
-    )
-    return f'<cityObjectMember><bldg:Building gml:id="{name}">\n{text}</bldg:Building></cityObjectMember>\n'
+    parts = [surface("GroundSurface", f"{name}_ground", [(x0, y0, 0), (x0, y1, 0), (x1, y1, 0), (x1, y0, 0)])]
+    parts += [surface("WallSurface", f"{name}_{side}", points) for side, points in walls.items()]
+    south = [(x0, y0, z), (x1, y0, z), (x1, middle, top), (x0, middle, top)]
+    north = [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
+    parts += [
+        surface("RoofSurface", f"{name}_roof_{side}", roof) for side, roof in (("south", south), ("north", north))
+    ]
+    return text.building(*parts, name=name)
 
 
 HOUSES = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))

@@ -149,8 +149,7 @@ def test_no_wall_of_berlin_hangs(berlin):
 def test_the_ground_of_berlin_is_small_and_faces_up(berlin):
     vertices, triangles = ground_of(berlin)
     assert 4_000 < len(triangles) < 15_000
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    assert np.cross(b - a, c - a)[:, 2].min() > 0
+    assert vectors(vertices, triangles)[:, 2].min() > 0
     assert not berlin.footprint[berlin.triangle_surface < 0].any()
 
 
@@ -181,9 +180,8 @@ def test_level_feet_stand_on_a_plane():
     vertices, triangles = ground_of(scene)
     assert vertices[np.unique(triangles)][:, 2] == pytest.approx(0.0, abs=1e-9)
     # The ground is the whole rectangle less the footprints, which are its floors.
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
     span = np.ptp(vertices[np.unique(triangles)], axis=0)
-    assert 0.5 * np.cross(b - a, c - a)[:, 2].sum() == pytest.approx(span[0] * span[1] - 100 - 108, rel=1e-9)
+    assert vectors(vertices, triangles)[:, 2].sum() == pytest.approx(span[0] * span[1] - 100 - 108, rel=1e-9)
 
 
 def test_a_passage_stays_open():

@@ -79,9 +79,8 @@ def test_a_transfer_of_the_papers_sectors_is_classified_again(turn, grid_size):
     """What was drawn twice stays out, also where the paper's sectors did not ask; and so in the other direction."""
     city, scenes = house(turn, cut=("twice",)), {}
     for sectors in ("8", "paper"):
-        scenes[sectors] = build_scene(
-            city, 50.0, 8.0, ground="none", options=SceneOptions(grid_size=grid_size, sectors=sectors)
-        )
+        options = SceneOptions(grid_size=grid_size, sectors=sectors)
+        scenes[sectors] = build_scene(city, 50.0, 8.0, ground="none", options=options)
     cells = city if grid_size is None else split_into_cells(city, grid_size)[0]
     for before, after in (("paper", "8"), ("8", "paper")):
         surfaces, expected = scenes[before].surfaces, scenes[after].surfaces

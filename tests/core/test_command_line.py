@@ -161,9 +161,8 @@ def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
     """A footprint alone casts no shadow and has no results: the run's last lines say so, and the report's lead."""
     foot = {"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 3, 2, 1]]]}
     corners = [[4 * x, 4 * y, 4 * z] for x, y, z in row(2)]
-    (tmp_path / "city.json").write_text(
-        json.dumps(model({"flat 7": house(foot), "solid": house(at(1))}, corners)), encoding="utf-8"
-    )
+    city = model({"flat 7": house(foot), "solid": house(at(1))}, corners)
+    (tmp_path / "city.json").write_text(json.dumps(city), encoding="utf-8")
     few = ["--samples", "16", "--shadow-samples", "4", "--suns", "days:2", "--weather", "clear-sky", "--effects"]
     given = ["--latitude", "52", "--longitude", "13", *few, "trees=off", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(tmp_path / "city.json"), *given]) == 0

@@ -66,9 +66,8 @@ def canopy():
 
 
 def tree(name, x, y, height=9.0, evergreen=False):
-    return Tree(
-        name, "made.gml", 1, place=np.array([x, y, 0.0]), height=height, crown_diameter=6.0, evergreen=evergreen
-    )
+    place = np.array([x, y, 0.0])
+    return Tree(name, "made.gml", 1, place=place, height=height, crown_diameter=6.0, evergreen=evergreen)
 
 
 CITIES = {
@@ -253,9 +252,8 @@ def test_a_tower_leaves_the_ground_around_as_it_was(base_of):
 def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     city, base = base_of("row")
     prepared = base.city.prepared
-    ahead = replace(
-        prepared, patches=replace(prepared.patches, points_before=np.ones(len(prepared.patches), np.uint32))
-    )
+    before = np.ones(len(prepared.patches), np.uint32)
+    ahead = replace(prepared, patches=replace(prepared.patches, points_before=before))
     tile = replace(prepared, scene=replace(prepared.scene, halo=np.zeros(len(prepared.scene.triangles), np.int8)))
     for one, request, cure in (
         (prepared, replace(base.request, estimator="forward"), "give gather"),

@@ -25,20 +25,14 @@ def group_means(transfer, least=3):
     Surfaces count as independent. A photon reflected from one to the other makes that a little too small.
     """
     surfaces = transfer.surfaces
-    annual = direct_relative(transfer) @ transfer.suns.weight
+    light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ transfer.suns.weight])
+    error = np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error])
     found = {}
     for label in sorted(set(zip(surfaces.kind, surfaces.orientation, strict=True))):
         chosen = (surfaces.kind == label[0]) & (surfaces.orientation == label[1])
-        if chosen.sum() < least:
-            continue
-        share = surfaces.area[chosen] / surfaces.area[chosen].sum()
-        pairs = (
-            (transfer.diffuse_relative, transfer.diffuse_relative_standard_error),
-            (annual, transfer.direct_annual_standard_error),
-        )
-        found[label] = [
-            (share @ value[chosen], np.sqrt(((share * error[chosen]) ** 2).sum())) for value, error in pairs
-        ]
+        if chosen.sum() >= least:
+            share = surfaces.area[chosen] / surfaces.area[chosen].sum()
+            found[label] = np.stack([light[:, chosen] @ share, np.sqrt(error[:, chosen] ** 2 @ share**2)], axis=1)
     return found
 
 
@@ -48,10 +42,8 @@ def compare(scene, suns, gather, forward):
     one, other = group_means(run_gather(scene, suns, **gather)), group_means(run_forward(scene, suns, **forward))
     assert list(one) == list(other)
     assert len(one) >= 3
-    means, errors = (
-        np.array([[[pair[part] for pair in side[key]] for key in one] for side in (one, other)]) for part in (0, 1)
-    )
-    return means[0] - means[1], np.hypot(*errors)
+    one, other = (np.array([*groups.values()]) for groups in (one, other))  # (g, 2, 2)
+    return one[..., 0] - other[..., 0], np.hypot(one[..., 1], other[..., 1])
 
 
 @pytest.mark.parametrize("bounces", [0, 1, 3])

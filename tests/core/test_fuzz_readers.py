@@ -91,9 +91,8 @@ def spoil(data, rng):
 def test_real_files_spoilt(tmp_path, suffix, count):
     """Both ends, a city and a refusal, are reached by at least a hundredth of the files."""
     seeds, rng = spoilt_seeds(suffix), random.Random(1)
-    outcomes = [
-        read_safely(tmp_path, spoil(rng.choice(seeds), rng), suffix) for _ in range(draw_count(count, count // 8))
-    ]
+    drawn = (spoil(rng.choice(seeds), rng) for _ in range(draw_count(count, count // 8)))
+    outcomes = [read_safely(tmp_path, data, suffix) for data in drawn]
     assert 0.01 < np.mean(outcomes) < 0.99
 
 

@@ -61,10 +61,9 @@ def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
 @pytest.mark.parametrize("iam", ["module", "physical"])
 def test_diffuse_light_loses_by_marions_integral(berlin, hourly, iam):
     system = build_system(Request(mounting="insulated-back", iam=iam, diffuse_iam=True, **NO_LOSSES))
-    energy = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system)
-    without = compute_energy(
-        unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request(iam=iam, **NO_LOSSES))
-    )
+    transfer = unshaded_transfer(hourly, TILT, AZIMUTH)
+    energy = compute_energy(transfer, berlin, system)
+    without = compute_energy(transfer, berlin, build_system(Request(iam=iam, **NO_LOSSES)))
     module = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
     model, own = ("sapm", {"module": module}) if iam == "module" else ("physical", {})
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
@@ -134,13 +133,10 @@ def test_the_defaults_are_pvwatts_plant(berlin, hourly):
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
         direct, sky, ground, aoi = light_on_plane(berlin.data, tilt, azimuth)
         effective = spectral_by_pvlib(berlin.data) * (direct * pvlib.iam.sapm(aoi, module) + sky + ground)
-        array = pvlib.pvsystem.Array(
-            pvlib.pvsystem.FixedMount(tilt, azimuth),
-            module_parameters=module,
-            temperature_model_parameters=pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][
-                PARAMETERS["open-rack" if tilt == 0 else "close-mount"]
-            ],
-        )
+        mount = pvlib.pvsystem.FixedMount(tilt, azimuth)
+        mounting = PARAMETERS["open-rack" if tilt == 0 else "close-mount"]
+        warmth = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][mounting]
+        array = pvlib.pvsystem.Array(mount, module_parameters=module, temperature_model_parameters=warmth)
         plant = pvlib.pvsystem.PVSystem(
             [array], inverter_parameters={"pdc0": nominal / 0.96}, losses_parameters={"shading": 0}
         )

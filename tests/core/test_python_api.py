@@ -1,6 +1,6 @@
 """CityPV from Python: the same files as the command line, settings that are honoured or refused, light imports."""
 
-import importlib.util
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -136,12 +136,9 @@ def test_a_world_of_unshaded_walls(tmp_path):
 def test_capacity_factors_go_into_pypsa(city):
     """PyPSA gets the hours of each group, and no more power than its area allows."""
     pytest.importorskip("pypsa")
-    example = importlib.util.spec_from_file_location(
-        "example", Path(citypv.__file__).parent / "examples/pypsa_district.py"
-    )
-    example.loader.exec_module(module := importlib.util.module_from_spec(example))
+    example = runpy.run_path(str(Path(citypv.__file__).parent / "examples/pypsa_district.py"))
     result = citypv.simulate(city, usable={"facade": 0.6}, **FEW)
-    network = module.build_network(result)
+    network = example["build_network"](result)
     hours = result.groups[result.groups["period"] == "annual"].set_index(["kind", "orientation"])["full_load_hours"]
     plants = network.generators.query("p_nom_extendable")
     assert len(plants)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from flat_roofs import fronts_in, rectangle, roof, rows_of, scene_with
+from test_triangulate import vectors
 
 from citypv.core.city.place_rows import THICKNESS
 from citypv.core.city.racks import Racks, city_with_racks, parse_racks
@@ -49,12 +50,11 @@ def test_slabs_are_closed_and_as_thick_as_modules():
         own = scene.triangles[surface_of_triangles(scene) == row]
         edges = np.concatenate([own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]])
         assert {tuple(edge) for edge in edges} == {tuple(edge[::-1]) for edge in edges}
-        a, b, c = (scene.vertices[own[:, k]] for k in range(3))
-        volume = np.einsum("ij,ij->", a - scene.vertices[own[0, 0]], np.cross(b - a, c - a)) / 6
+        first, size = scene.vertices[own[:, 0]], vectors(scene.vertices, own)
+        volume = np.einsum("ij,ij->", first - first[0], size) / 3
         assert volume == pytest.approx(THICKNESS * scene.surfaces.area[row], rel=1e-4)
         front = scene.triangle_surface[surface_of_triangles(scene) == row] == row
-        size = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        assert size[front].sum() == pytest.approx(scene.surfaces.area[row], rel=1e-4)
+        assert np.linalg.norm(size[front], axis=1).sum() == pytest.approx(scene.surfaces.area[row], rel=1e-4)
 
 
 def test_holes_and_concave_outlines_are_left_free():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cityjson_text import CUBE, FACES, SHELL, house, model, read, solid
+from cityjson_text import CUBE, FACES, at, house, instance, model, read, row, solid
 
 from citypv.core.city.locate_site import locate_site
 from citypv.core.city.polygons import measure_polygons
@@ -157,9 +157,8 @@ def test_semantics_ids_and_parts(tmp_path):
 
 def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
     matrix = [0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 2, 30, 0, 0, 0, 1]  # a quarter turn, twice as high, then a step
-    templates = {"templates": [{"type": "Solid", "lod": 2.2, "boundaries": [SHELL]}], "vertices-templates": CUBE}
-    instance = {"type": "GeometryInstance", "template": 0, "boundaries": [0], "transformationMatrix": matrix}
-    document = model({"b": house(instance)}, [[100, 200, 300]], **{"geometry-templates": templates})
+    templates = {"templates": [solid(lod=2.2)], "vertices-templates": CUBE}
+    document = model({"b": house(instance(matrix=matrix))}, [[100, 200, 300]], **{"geometry-templates": templates})
     city = read(tmp_path, document)
     assert city.report.lods_chosen == {"2.2": 6}
     assert city.rings(0)[0].tolist() == [
@@ -170,12 +169,10 @@ def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
 def test_installations_shade_and_rooms_do_not(tmp_path):
     objects = {
         "b": house(solid(), children=["i", "r"]),
-        "i": house(solid(), kind="BuildingInstallation", parents=["b"]),
+        "i": house(at(1), kind="BuildingInstallation", parents=["b"]),
         "r": house(solid(), kind="BuildingRoom", parents=["b"]),
     }
-    far = {"type": "Solid", "lod": "2", "boundaries": [[[[k + 8 for k in ring]] for ring in FACES]]}
-    objects["i"]["geometry"] = [far]
-    city = read(tmp_path, model(objects, CUBE + [[x + 5, y, z] for x, y, z in CUBE]))
+    city = read(tmp_path, model(objects, row(2)))
     assert city.thematic.count("BuildingInstallation") == 6
     assert len(city) == 12
     assert "1 BuildingRoom left out: not a building." in city.report.notes

@@ -222,13 +222,8 @@ def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
 
 def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
     _, weather, energy = weighed
-    none = replace(
-        energy,
-        groups=[],
-        group_area=np.empty(0),
-        group_count=np.empty(0, int),
-        capacity_factor=np.empty((len(energy.times), 0)),
-    )
+    area, count, factor = energy.group_area[:0], energy.group_count[:0], energy.capacity_factor[:, :0]
+    none = replace(energy, groups=[], group_area=area, group_count=count, capacity_factor=factor)
     write_timeseries(tmp_path / "none.nc", none, weather, dc_system())
     with xr.open_dataset(tmp_path / "none.nc") as data:
         assert data["group"].to_numpy().tolist() == ["all"] and not data["capacity_factor"].any()
@@ -252,12 +247,8 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
     content = good.read_bytes()
     write_timeseries(tmp_path / "timeseries.nc", energy, weather, dc_system())
     paths = [ERA5, tmp_path / "missing.nc", tmp_path, tmp_path / "timeseries.nc"]
-    for name, part in (
-        ("empty", b""),
-        ("text", b"a,b\n1,2\n"),
-        ("half", content[: len(content) // 2]),
-        ("cut", content[:-9]),
-    ):
+    parts = {"empty": b"", "text": b"a,b\n1,2\n", "half": content[: len(content) // 2], "cut": content[:-9]}
+    for name, part in parts.items():
         paths.append(tmp_path / f"{name}.nc")
         paths[-1].write_bytes(part)
     # Right title, but a variable is gone, has another length, or the settings are garbled.

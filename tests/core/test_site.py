@@ -106,10 +106,8 @@ def test_tiles_lie_in_their_boxes_and_are_small(web):
     for tile, path, _ in visit_tiles(web / "tiles"):
         data = path.read_bytes()
         corners, _ = Glb(data).features()
-        centre, half = (
-            np.array(tile["boundingVolume"]["box"][:3]),
-            np.diag(np.reshape(tile["boundingVolume"]["box"][3:], (3, 3))),
-        )
+        box = tile["boundingVolume"]["box"]
+        centre, half = np.array(box[:3]), np.diag(np.reshape(box[3:], (3, 3)))
         assert (np.abs(corners.reshape(-1, 3) - centre) <= half + 1e-3).all()
         assert len(gzip.compress(data)) <= 500_000
         assert Glb(data).json["asset"]["copyright"] == "<b>City & Co</b>"

@@ -8,6 +8,7 @@ import pvlib
 import pytest
 from planes import ALBEDO, DC, light_on_plane
 from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
+from test_closed_forms import canyon
 from thorough import THOROUGH
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
@@ -114,20 +115,9 @@ def test_the_horizon_of_an_open_plane_by_rays(tilt):
         assert known.record.source_rays == {"horizon": 0}
 
 
-def street(strips=8):
-    """A long street as wide as its walls are high; rows of a middle wall and of the ground between."""
-    parts = []
-    for start, end in ((-100, -10), (-10, 10), (10, 100)):
-        length = [end - start, 0, 0]
-        parts.append(strip([start, 0, 0], length, [0, 1, 0], strips))
-        parts.append(strip([start, 1, 0], length, [0, 0, 1], strips))
-        parts.append(strip([start, 0, 1], length, [0, 0, -1], strips))
-    return join(parts), np.arange(8 * strips, 10 * strips), np.arange(6 * strips, 8 * strips)
-
-
 def test_the_horizon_over_a_wall_opposite():
     """Wall of height 1 at distance 1, integrated: the band begins where the other wall's top hides it no more."""
-    scene, wall, ground = street()
+    scene, ground, wall = canyon(strips=8)
     height, sine = np.meshgrid((np.arange(4000) + 0.5) / 4000, (np.arange(2000) + 0.5) / 2000)
     hidden = np.arctan((1 - height) * np.sqrt(1 - sine**2))  # the wall is 1/cos φ away at azimuth φ
     expected = np.clip(1 - hidden / HEIGHT, 0, 1).mean()
@@ -170,7 +160,7 @@ def test_photons_of_the_horizon_on_an_open_plane(tilt):
 
 def test_stated_errors_of_the_horizon_hold():
     """Twelve seeds: the spread of a wall's horizon is what is stated, within a factor that chance allows."""
-    scene, wall, _ = street(4)
+    scene, _, wall = canyon(strips=4)
     found = np.array([mean_of(trace(scene, seed=seed, max_bounces=1, far_ground=False), wall) for seed in range(12)])
     spread, stated = found[:, 0].std(ddof=1), np.sqrt((found[:, 1] ** 2).mean())
     assert 0.5 < spread / stated < 1.7

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
+from test_target_error import made_errors
 
 from citypv.__main__ import main
-from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.commands.add_options import settings_of_options
 from citypv.core.commands.choose_settings import free_settings
 from citypv.core.commands.command_line import build_parser
@@ -16,14 +16,10 @@ from citypv.core.commands.spend_budget import Offer, choose_offer
 CITY = ["simulate", "x.gml", "--out", "y"]
 
 
-def made(suns, rays):
-    """Surfaces of 100 h with errors in percent."""
-    variance = {"suns": np.full(4, suns**2), "rays": np.full(4, rays**2), "shadows": np.zeros(4)}
-    return YieldErrors(variance, np.full(4, 100.0), np.ones(4), 1)
-
-
 def offer(way, seconds, suns, rays, samples=64):
-    return Offer({"suns": way, "samples": samples, "shadow_samples": 16}, seconds, 0.0, made(suns, rays))
+    """Of surfaces whose errors of suns and rays are given in percent."""
+    errors = made_errors(suns=suns**2, rays=rays**2)
+    return Offer({"suns": way, "samples": samples, "shadow_samples": 16}, seconds, 0.0, errors)
 
 
 def test_more_time_is_for_more_days():

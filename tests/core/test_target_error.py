@@ -33,9 +33,8 @@ NOTHING = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
 def made_errors(rounds=1, **variance):
     """Four surfaces of 100 h and 1 m²."""
     parts = dict.fromkeys(("shadows", "rays", "passed_on", "discretisation", "suns"), 0.0) | variance
-    return YieldErrors(
-        {name: np.full(4, value) for name, value in parts.items()}, np.full(4, 100.0), np.ones(4), rounds
-    )
+    variance = {name: np.full(4, value) for name, value in parts.items()}
+    return YieldErrors(variance, np.full(4, 100.0), np.ones(4), rounds)
 
 
 def test_sampled_errors_fall_as_those_of_nets_do():

@@ -8,6 +8,7 @@ import numpy as np
 import pyproj
 import pytest
 from cities import box, heights_below, make_city
+from test_triangulate import vectors
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.locate_site import bring_to_origin
@@ -50,8 +51,7 @@ def write_asc(path, heights, cell=10.0, west=0.0, south=0.0):
 
 def ground(scene):
     """Triangles of the ground that face up: without walls carried down, sides and bottom."""
-    corners = scene.vertices[scene.triangles]
-    level = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 1e-6
+    level = vectors(scene.vertices, scene.triangles)[:, 2] > 1e-6
     return scene.triangles[(scene.triangle_surface < 0) & ~scene.footprint & level]
 
 
@@ -88,9 +88,9 @@ def test_tin_in_degrees_keeps_heights_and_area():
     terrain = read_terrain(TIN, town(east, north, 5.0, "EPSG:6677"))
     (layer,) = terrain.layers
     assert len(layer.triangles) == 1066
-    corners = layer.points[layer.triangles]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    assert area.sum() == pytest.approx(1134691.3, rel=1e-3)  # counted by an independent script
+    assert np.linalg.norm(vectors(layer.points, layer.triangles), axis=1).sum() == pytest.approx(
+        1134691.3, rel=1e-3
+    )  # counted by an independent script
     assert layer.points[:, 2].min() == pytest.approx(-0.02)
     assert layer.points[:, 2].max() == pytest.approx(24.2, abs=1e-3)
     # The first corner of the first triangle, as it stands in the file.
@@ -149,8 +149,7 @@ def test_no_ray_slips_under_a_wall(tmp_path):
     city = town(-60.0, -60.0, 0.0)
     scene = on_slope(city, tmp_path)
     rays = RayScene(scene.vertices, scene.triangles)
-    corners = scene.vertices[scene.triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = vectors(scene.vertices, scene.triangles)
     rng = np.random.default_rng(2)
     middle = city.points.mean(axis=0)[:2] - np.array(scene.site.origin)[:2]
     origins = np.column_stack([rng.uniform(-55, 55, (20_000, 2)) + middle, np.full(20_000, 40.0)])

@@ -28,14 +28,12 @@ def test_without_obstacles_every_patch_has_its_closed_form():
     scene = three_houses()
     transfer = run_gather(scene, SUNS, effects={"sky-rays": False, "shadow-rays": False})
     normal = scene.surfaces.normal
-    expected = np.where(
-        normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0
-    )  # floors see nothing
+    # Floors see nothing.
+    expected = np.where(normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0)
     assert transfer.sky_view_factor == pytest.approx((1 + normal[:, 2]) / 2, abs=1e-6)
     assert transfer.diffuse_relative == pytest.approx(expected, abs=1e-6)
-    assert np.array_equal(
-        transfer.visible_share > 0.5, normal.astype(np.float32) @ SUNS.direction.astype(np.float32).T > 0
-    )
+    in_front = normal.astype(np.float32) @ SUNS.direction.astype(np.float32).T > 0
+    assert np.array_equal(transfer.visible_share > 0.5, in_front)
     assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
     state = {effect["key"]: (effect["on"], effect["bound"]) for effect in transfer.record.effects}
     assert state["sky-rays"] == state["shadow-rays"] == (False, None)

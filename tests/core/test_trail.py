@@ -51,12 +51,8 @@ def test_what_no_ray_passes_asks_nothing_and_what_lies_beyond_asks_all(scene):
     assert near[0]
     assert near.mean() < 0.3  # patches in the same square
     ray = np.float32([[0, 0, 400.0]]), np.float32([[1, 0, 0]])
-    trail.note(
-        (patches.corner, patches.edges),
-        np.array([0]),
-        ray,
-        HitPlaces(np.array([-1], np.int32), *np.zeros((2, 1), np.float32)),
-    )
+    nothing = HitPlaces(np.array([-1], np.int32), *np.zeros((2, 1), np.float32))
+    trail.note((patches.corner, patches.edges), np.array([0]), ray, nothing)
     assert not trail.passing(np.array([[[0.0, 0, 0], [1, 1, 1]]])).all()
     assert trail.passing(np.array([[[1e5, 0, 0], [1e5, 1, 1]]])).all()
     moved = trail.of_others(boxes_of_patches(patches), np.arange(len(patches))[::-1])

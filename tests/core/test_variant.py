@@ -1,6 +1,6 @@
 """Variants of a city from its kept rays: the results of a run of the edited city."""
 
-import importlib.util
+import runpy
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -80,19 +80,16 @@ def test_in_python(folder):
 
 def test_a_building_at_several_heights(folder, tmp_path):
     """What the example's building gains and the others lose are differences of full runs."""
-    example = importlib.util.spec_from_file_location(
-        "example", Path(citypv.__file__).parent / "examples/tower_heights.py"
-    )
-    example.loader.exec_module(module := importlib.util.module_from_spec(example))
+    example = runpy.run_path(str(Path(citypv.__file__).parent / "examples/tower_heights.py"))
     base = citypv.read_results(folder / "base")
-    table = module.raise_in_steps(base, "a", [0, 20])
+    table = example["raise_in_steps"](base, "a", [0, 20])
     assert not table.loc[0].any()
     full = trace_anew(folder, "higher", house("a", (0, 0), (12, 10, 28)) + B + C)
     change = (full.buildings.set_index("building_id") - base.buildings.set_index("building_id"))["mwh_per_year"]
     others = change.drop("a").sum()
     np.testing.assert_allclose(table.loc[20, ["gain", "loss"]], [change["a"], -others], rtol=1e-4, atol=1e-3)
     assert others < -table.loc[20, "loss_error"] < 0
-    module.draw_heights(table, tmp_path / "heights.png")
+    example["draw_heights"](table, tmp_path / "heights.png")
     assert plt.imread(tmp_path / "heights.png").std() > 0
 
 

@@ -22,14 +22,7 @@ from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
 from citypv.core.world.group_errors import parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.sources import (
-    CLEAR,
-    CLIMATE,
-    NOTHING,
-    Places,
-    model_source,
-    station_source,
-)
+from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, Places, model_source, station_source
 
 from .planes import run_chain
 from .transfers import Horizons

@@ -53,11 +53,8 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
     (tmp_path / "bad" / "world.nc").write_text("nothing", encoding="utf-8")
     (tmp_path / "other").mkdir()
     xr.Dataset({"weather": ("station", [1])}).to_netcdf(tmp_path / "other" / "world.nc", engine="h5netcdf")
-    for place, words in (
-        (station, "single places"),
-        (tmp_path / "bad", "cannot be read"),
-        (tmp_path / "other", "has no"),
-    ):
+    problems = {station: "single places", tmp_path / "bad": "cannot be read", tmp_path / "other": "has no"}
+    for place, words in problems.items():
         said = refused("plot", place)
         assert f"{place / 'world.nc'}: " in said and words in said
 

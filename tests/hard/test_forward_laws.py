@@ -8,6 +8,7 @@ from test_forward_agrees import group_means
 from test_laws import SUNS, random_parts, seeds
 from test_laws import law as law_of_gather
 from thorough import draw_count
+from towns import spun
 
 from citypv.core.city.refine import refine_triangles
 from citypv.core.commands.plain_scenes import room
@@ -105,10 +106,7 @@ def test_a_closed_room_stays_dark(seed):
     """Not one photon of sky, sun or far ground finds a way in."""
     generator = np.random.default_rng(seed)
     low, high = generator.uniform(-5, 0, 3), generator.uniform(1, 6, 3)
-    turn, _ = np.linalg.qr(generator.normal(size=(3, 3)))
-    parts = room(low, high)
-    inside = join(
-        [(points @ (turn * np.sign(np.linalg.det(turn))).T + [900, -700, 50], faces) for points, faces in parts]
-    )
+    turn = spun(generator)
+    inside = join([(points @ turn.T + [900, -700, 50], faces) for points, faces in room(low, high)])
     transfer = trace(inside, "forward", samples=256)
     assert transfer.diffuse_relative.max() == transfer.visible_share.max() == transfer.direct_reflected.max() == 0

@@ -136,11 +136,7 @@ UNDER = {  # objects, surfaces to look at (0 is the plain; a box is roof, floor,
         [1, 7],
         [7, 8, 9, 10],
     ),
-    "carports one above the other": (
-        [sheet([-5, -5, z], [10, 0, 0], [0, 10, 0]) for z in (3, 6)],
-        [1, 2],
-        [1, 2],
-    ),
+    "carports one above the other": ([sheet([-5, -5, z], [10, 0, 0], [0, 10, 0]) for z in (3, 6)], [1, 2], [1, 2]),
     "roof under a slab": ([box((-5, 0, 0), (5, 8, 5)), box((-6, -1, 8), (6, 9, 8.3))], [1, 8], []),
 }
 FEW = ("carport that looks down", "noise barrier that looks away", "carports one above the other", "roof under a slab")

@@ -80,9 +80,8 @@ def test_a_closed_box_around_everything_is_dark(size, seed):
     generator = np.random.default_rng(seed)
     turn, away = (np.eye(3), 0) if seed is None else (spun(generator), 300 * generator.normal(size=3))
     inside = [*room((0, 0, 0), (size, 0.4 * size, 0.7 * size)), *box(*np.outer([0.1, 0.3], [size] * 3))]
-    assert_dark(
-        trace([(points @ turn.T + away, faces) for points, faces in inside], samples=16384, shadow_samples=1024)
-    )
+    turned = [(points @ turn.T + away, faces) for points, faces in inside]
+    assert_dark(trace(turned, samples=16384, shadow_samples=1024))
 
 
 # Doubles and neighbours

@@ -1,9 +1,9 @@
 """Boxes and towns of boxes as polygons: float64, in the coordinates of a file, to the millimetre."""
 
 import numpy as np
+from cities import make_city
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.city import City
 
 BOX = {
     "top": [4, 5, 6, 7],
@@ -35,17 +35,9 @@ def boxes(corners, patch_size=10.0, whole=False):
 
 def city_of_polygons(polygons, thematic=None, building=None, crs=None):
     """A City of polygons without holes, each (k, 3)."""
-    count = len(polygons)
-    lengths = [len(polygon) for polygon in polygons]
-    return City(
-        surface_id=[f"s{index}" for index in range(count)],
-        building_id=[f"b{index}" for index in (range(count) if building is None else building)],
-        thematic=[""] * count if thematic is None else list(thematic),
-        points=np.concatenate([np.asarray(polygon, float) for polygon in polygons]),
-        ring_start=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-        polygon_start=np.arange(count + 1),
-        crs=crs,
-    )
+    names = [f"b{index}" for index in (range(len(polygons)) if building is None else building)]
+    classes = [""] * len(polygons) if thematic is None else thematic
+    return make_city([(*what, [ring]) for *what, ring in zip(names, classes, polygons, strict=True)], crs)
 
 
 def draw_town(across=16, seed=5, cell=20.0, tiles=8):
