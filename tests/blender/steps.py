@@ -49,6 +49,15 @@ def add_box(name, location):
     return bpy.context.object
 
 
+def add_mesh(name, points, faces):
+    """An object of these faces."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], faces)
+    item = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
 def add_tower(x=5.0):
     """A selected tower of 40 m to the south of the first house."""
     tower = add_box("tower", (x, -12.0, 20.0))

@@ -111,9 +111,8 @@ def test_zero_is_in_the_middle_and_noise_is_grey(shown, change, end):
     scale, colours = colour_faces(city, ground, CHANGE), colours_of(city.data)[::3]
     assert (scale.low, scale.high) == (-end, end)
     np.testing.assert_allclose(colours[still], srgb_colour(DIVERGING.split()[8]), atol=0.01)
-    np.testing.assert_allclose(
-        colours[[noise, np.flatnonzero(np.isnan(values))[0]]], [srgb_colour(MISSING)] * 2, atol=0.01
-    )
+    grey = colours[[noise, np.flatnonzero(np.isnan(values))[0]]]
+    np.testing.assert_allclose(grey, [srgb_colour(MISSING)] * 2, atol=0.01)
     red, _, blue = colours[changed]
     assert np.sign(red - blue) == np.sign(change)  # brown gains, blue loses
     assert (colour_faces(city, ground, CHANGE, (-10.0, 20.0)).low) == -20.0

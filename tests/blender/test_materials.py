@@ -2,7 +2,7 @@
 
 import bpy
 import pytest
-from steps import here, refuse, run, session_here
+from steps import add_mesh, here, refuse, run, session_here
 
 from citypv.core.patches.materials import MaterialSpec
 from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
@@ -27,12 +27,9 @@ def find_shader(material):
 
 
 def add_face(name, corners, *materials):
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(corners, [], [range(4)])
+    item = add_mesh(name, corners, [range(4)])
     for material in materials:
-        mesh.materials.append(material)
-    item = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(item)
+        item.data.materials.append(material)
     item.select_set(True)
     return item
 

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from steps import add_box, here, refuse, run, session_here
+from steps import add_box, add_mesh, here, refuse, run, session_here
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import volume_of_crowns
@@ -20,14 +20,6 @@ def take(items):
 def move(item, collection):
     bpy.context.scene.collection.objects.unlink(item)
     collection.objects.link(item)
-    return item
-
-
-def add_mesh(name, points, faces):
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points, [], faces)
-    item = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(item)
     return item
 
 
@@ -98,9 +90,8 @@ def test_instances_of_geometry_nodes_are_buildings(addon):
     box = add_box("box", (0, 0, 3))
     tree = bpy.data.node_groups.new("Row", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    line, info, instance = (
-        tree.nodes.new("GeometryNode" + kind) for kind in ("MeshLine", "ObjectInfo", "InstanceOnPoints")
-    )
+    kinds = ("MeshLine", "ObjectInfo", "InstanceOnPoints")
+    line, info, instance = (tree.nodes.new("GeometryNode" + kind) for kind in kinds)
     line.inputs["Count"].default_value, line.inputs["Offset"].default_value = 3, (20, 0, 0)
     info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = box, True
     tree.links.new(line.outputs["Mesh"], instance.inputs["Points"])

@@ -32,9 +32,8 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
         assert file.execute("SELECT count(*) FROM surfaces").fetchone()[0] == len(faces) == 21
     assert "data:image" in (tmp_path / "report.html").read_text("utf-8")
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as in Blender's own Python
-    for name in [
-        name for name in sys.modules if name.startswith(("citypv.core.results.draw_", "citypv.core.results.picture"))
-    ]:
+    drawing = ("citypv.core.results.draw_", "citypv.core.results.picture")
+    for name in [name for name in sys.modules if name.startswith(drawing)]:
         monkeypatch.delitem(sys.modules, name)
     assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "plain.html")) == {"FINISHED"}
     plain = (tmp_path / "plain.html").read_text("utf-8")

@@ -35,9 +35,8 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     south = [row for row, name in enumerate(surfaces.surface_id) if "roof_south" in name]
     assert south
     for row in south:
-        expected = pvlib.irradiance.aoi_projection(
-            surfaces.surface_tilt[row], surfaces.surface_azimuth[row], zenith, azimuth
-        )
+        plane = surfaces.surface_tilt[row], surfaces.surface_azimuth[row]
+        expected = pvlib.irradiance.aoi_projection(*plane, zenith, azimuth)
         shown = values[faces == row] / timeline.dni[NOON_IN_JUNE - 1]
         assert shown == pytest.approx(expected, abs=0.03)  # 0.02 of reflections
     # The lamp shines from there.

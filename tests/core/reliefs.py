@@ -1,6 +1,7 @@
 """Terrain for files of buildings: triangulated heights as CityGML and CityJSON write them."""
 
 import numpy as np
+from citygml_text import wrap
 from scipy.spatial import Delaunay
 from small_city import EAST, NORTH, UP
 
@@ -22,20 +23,19 @@ def tin(low=(-150.0, -150.0), high=(180.0, 180.0), step=11.0, height=hill, seed=
 
 def relief(points, triangles, *, lod="2", move=(EAST, NORTH, UP), srs_name="", envelope=""):
     """A ReliefFeature with one TINRelief, inside a cityObjectMember."""
-    rows = []
+    patches = ""
     for corners in np.asarray(points)[np.asarray(triangles)] + np.asarray(move):
-        ring = " ".join(f"{value:.9f}" for value in corners[[0, 1, 2, 0]].ravel())
-        rows.append(
-            "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
-            f"{ring}</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle>"
-        )
+        patches += triangle(" ".join(f"{value:.9f}" for value in corners[[0, 1, 2, 0]].ravel()))
     srs = f' srsName="{srs_name}"' if srs_name else ""
-    return (
-        f'<cityObjectMember><dem:ReliefFeature xmlns:dem="{DEM}" gml:id="r">{envelope}<dem:lod>{lod}</dem:lod>'
-        f"<dem:reliefComponent><dem:TINRelief><dem:lod>{lod}</dem:lod><dem:tin><gml:TriangulatedSurface{srs}>"
-        f"<gml:trianglePatches>{''.join(rows)}</gml:trianglePatches></gml:TriangulatedSurface></dem:tin>"
-        "</dem:TINRelief></dem:reliefComponent></dem:ReliefFeature></cityObjectMember>\n"
-    )
+    surface = f"<gml:TriangulatedSurface{srs}>{wrap(patches, 'gml:trianglePatches')}</gml:TriangulatedSurface>"
+    component = wrap(f"<dem:lod>{lod}</dem:lod>{wrap(surface, 'dem:tin')}", "dem:reliefComponent", "dem:TINRelief")
+    head = f'<dem:ReliefFeature xmlns:dem="{DEM}" gml:id="r">{envelope}<dem:lod>{lod}</dem:lod>'
+    return f"<cityObjectMember>{head}{component}</dem:ReliefFeature></cityObjectMember>\n"
+
+
+def triangle(ring):
+    """A triangle of a TriangulatedSurface by the numbers of its closed ring."""
+    return wrap(ring, "gml:Triangle", "gml:exterior", "gml:LinearRing", "gml:posList")
 
 
 def only(city):

@@ -263,9 +263,8 @@ def test_one_huge_line(tmp_path):
 @pytest.mark.parametrize("comment", ["", "<!-- <CityModel> -->"])
 def test_undeclared_prefixes_are_declared_and_noted(tmp_path, comment):
     written = GOOD.decode().replace("<gml:surfaceMember>", '<gml:surfaceMember xlink:show="new"><uro:x/><bad:y/>')
-    written = written.replace(' xmlns:xlink="http://www.w3.org/1999/xlink"', "").replace(
-        "<CityModel", f"{comment}<CityModel"
-    )
+    written = written.replace(' xmlns:xlink="http://www.w3.org/1999/xlink"', "")
+    written = written.replace("<CityModel", f"{comment}<CityModel")
     (tmp_path / "city.gml").write_text(written, encoding="utf-8")
     city = read_city(tmp_path / "city.gml")
     assert city.surface_id == ["a"]

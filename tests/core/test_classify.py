@@ -54,10 +54,8 @@ def house(turn, cut=()):
     gable = [(0, 0, 0), (0, 8, 0), (0, 8, 6), (0, 4, 9), (0, 0, 6)]
     wall = [(0, 0, 0), (12, 0, 0), (12, 0, 6), (0, 0, 6)]
     roof = [(0, 0, 6), (12, 0, 6), (12, 4, 9), (0, 4, 9)]
-    half = [
-        ("house", "", [ring])
-        for ring in (wall, *[[(x, y - 0.004, z) for x, y, z in wall]] * len(cut), roof, gable[::-1])
-    ]
+    again = [[(x, y - 0.004, z) for x, y, z in wall]] * len(cut)
+    half = [("house", "", [ring]) for ring in (wall, *again, roof, gable[::-1])]
     other = [(name, "", [[(12 - x, 8 - y, z) for x, y, z in ring]]) for name, _, (ring,) in half]
     shed = box("shed", 30, 0, 6, 5, 0, 3, semantics=False)
     cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))

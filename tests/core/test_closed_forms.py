@@ -26,9 +26,8 @@ def direct_relative(transfer):
     """Direct irradiance per DNI for every traced sun, put together from its three parts."""
     height = transfer.suns.direction[:, 2]
     first = np.maximum(transfer.surfaces.normal @ transfer.suns.direction.T, 0) * transfer.visible_share
-    return (
-        first + transfer.direct_reflected + np.outer(transfer.far_ground_view_factor, transfer.ground_albedo * height)
-    )
+    far_ground = np.outer(transfer.far_ground_view_factor, transfer.ground_albedo * height)
+    return first + transfer.direct_reflected + far_ground
 
 
 @pytest.mark.parametrize(("tilt", "expected"), [(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)])

@@ -243,9 +243,8 @@ def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypat
         server.daemon_threads = True
         threading.Thread(target=server.serve_forever, daemon=True).start()
         word = f"tcp://127.0.0.1:{server.server_address[1]}"
-        assert "does not answer as a Dask scheduler" in refused(
-            "world", "unshaded", "--cluster", word, "--out", tmp_path / "out"
-        )
+        said = refused("world", "unshaded", "--cluster", word, "--out", tmp_path / "out")
+        assert "does not answer as a Dask scheduler" in said
         server.shutdown()
 
 

@@ -162,9 +162,8 @@ SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
 def test_covered_parts_stay_dark_without_shadow_rays():
     """A low house stands against half of a wall: of any sun the wall gets half of what it would get alone."""
     scene = join([*box((0, 0, 0), (10, 10, 10)), *box((0, -10, 0), (10, 0, 5))])
-    wall = np.flatnonzero(
-        (scene.surfaces.surface_azimuth == 180) & (scene.vertices[scene.triangles][:, :, 1] == 0).all(1)
-    )
+    in_plane = (scene.vertices[scene.triangles][:, :, 1] == 0).all(axis=1)
+    wall = np.flatnonzero((scene.surfaces.surface_azimuth == 180) & in_plane)
     transfer = run_gather(scene, SUN, effects={"shadow-rays": False})
     assert len(wall) == 2 and transfer.covered_share[wall].mean() == pytest.approx(0.5, abs=0.02)
     seen = transfer.visible_share[wall, 0]  # the first sun stands before it

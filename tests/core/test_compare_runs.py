@@ -57,9 +57,8 @@ def test_neighbours_lose_and_sums_add_up(before, after):
     assert states == {"a": "existing", "b": "existing", "c": "gone", "tower": "new"}
     south = found.surfaces.set_index("surface_id").loc["a_south"]
     assert south["full_load_hours_change"] < -5 * south["full_load_hours_change_standard_error"] < 0
-    assert south["full_load_hours_change"] == pytest.approx(
-        south["full_load_hours_after"] - south["full_load_hours_before"]
-    )
+    difference = south["full_load_hours_after"] - south["full_load_hours_before"]
+    assert south["full_load_hours_change"] == pytest.approx(difference)
     sums = found.summary["sums"]
     for name in ("mwh_before", "mwh_after", "mwh_change"):
         parts = sum(sums[state][name] for state in ("existing", "changed", "new", "gone"))
@@ -91,7 +90,6 @@ def test_only_the_city_may_differ(before, folder):
     with pytest.raises(citypv.InputError, match="differ in --sectors; compute both"):
         citypv.compare(before, before.with_weather("clear-sky", sectors="paper"))
     other = before.with_weather("clear-sky", losses=3.0, year=2019)
-    with pytest.raises(
-        citypv.InputError, match=r"differ in the weather, the hours, --losses, --year; compute both with the same"
-    ):
+    words = "differ in the weather, the hours, --losses, --year; compute both with the same"
+    with pytest.raises(citypv.InputError, match=words):
         citypv.compare(before, other)

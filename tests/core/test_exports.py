@@ -123,9 +123,8 @@ def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
         assert area.sum() == pytest.approx(rows["area"].sum(), rel=1e-4)
         assert normal[::3] == pytest.approx(cross / (2 * area[:, None]), abs=1e-5)
         # y is up: the faces that look down are the floor.
-        assert area[normal[::3, 1] < -0.9].sum() == pytest.approx(
-            rows.loc[rows["kind"] == "downward", "area"].sum(), rel=1e-4
-        )
+        floor = rows.loc[rows["kind"] == "downward", "area"].sum()
+        assert area[normal[::3, 1] < -0.9].sum() == pytest.approx(floor, rel=1e-4)
         # Each surface has a colour of its own, whose place on the map is its full load hours.
         for _, row in rows[np.isfinite(rows["full_load_hours"])].iterrows():
             place = np.clip((row["full_load_hours"] - extras["low"]) / (extras["high"] - extras["low"]), 0, 1)

@@ -20,12 +20,11 @@ from citypv.core.settings.request import Request
 
 def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     """Hardly rough it is a mirror; rough it lights beyond the beam and less within."""
-    texts = [
-        f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n" for name in ("mirror", "glossy:0.001", "glossy:0.3")
-    ]
-    mirror, smooth, rough = (
-        light_of_strips(trace_street(tmp_path, text, 50.0, "forward", samples=5000), 0)[0] for text in texts
-    )
+    found = []
+    for name in ("mirror", "glossy:0.001", "glossy:0.3"):
+        text = f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n"
+        found.append(light_of_strips(trace_street(tmp_path, text, 50.0, "forward", samples=5000), 0)[0])
+    mirror, smooth, rough = found
     assert smooth == pytest.approx(mirror, abs=0.01)
     assert rough[0] < 0.9 * mirror[0]
     assert mirror[3] < 1e-3
@@ -69,9 +68,8 @@ def test_every_material_has_a_source_and_stands_in_the_docs():
     for name, (law, source) in CLEAR.items():
         stated, straight, cited = rows[name]
         assert f"n = {law.refractive_index:g}, {law.interfaces} " in stated
-        assert float(straight) == pytest.approx(
-            reflect_interfaces([1.0], law.refractive_index, law.interfaces)[0], abs=5e-4
-        )
+        share = reflect_interfaces([1.0], law.refractive_index, law.interfaces)[0]
+        assert float(straight) == pytest.approx(share, abs=5e-4)
         assert cited in source
 
 

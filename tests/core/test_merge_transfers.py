@@ -166,14 +166,11 @@ def test_points_and_sky_rays_are_those_of_one_run(sizes):
 
 def test_their_error_is_that_of_one_run_and_is_stated():
     """Scatter of ten runs on some thousand surfaces, in light of the sky and of the suns."""
-    first, rounds, one = (
-        [light_of(found(seed)) for seed in range(RUNS)]
-        for found in (lambda s: whole_run(s, 1), lambda s: in_rounds(s, DOUBLING).transfer, lambda s: whole_run(s, 4))
-    )
+    ways = (lambda s: whole_run(s, 1), lambda s: in_rounds(s, DOUBLING).transfer, lambda s: whole_run(s, 4))
+    first, rounds, one = ([light_of(found(seed)) for seed in range(RUNS)] for found in ways)
     for part in (0, 1):
-        scatter = [
-            np.array([light[part] for light, _ in runs]).var(axis=0, ddof=1).mean() for runs in (first, rounds, one)
-        ]
+        values = ([light[part] for light, _ in runs] for runs in (first, rounds, one))
+        scatter = [np.var(light, axis=0, ddof=1).mean() for light in values]
         assert scatter[1] < 1.05 * scatter[2] < 0.3 * scatter[0]
         stated = np.mean([errors[part] ** 2 for _, errors in rounds])
         assert 0.9 < stated / scatter[1] < 1.2
@@ -207,9 +204,7 @@ def test_surfaces_that_a_round_is_not_for_keep_their_own_samples():
 def test_both_states_of_trees_go_on(bounces):
     """Rounds of all surfaces, then of some alone: light in leaf and bare as of a run of 16 times the samples."""
     scene = wall_and_tree()
-    request = Request(
-        samples=64, shadow_samples=4, max_bounces=bounces, threads=1, weather=["clear-sky"], suns="days:2"
-    )
+    request = replace(REQUEST, max_bounces=bounces, weather=["clear-sky"], suns="days:2")
     weather = read_year(scene.site, request)
     prepared = replace(build_tree(prepare_scene(scene, request, weather=weather), request), rounds=True)
     run = trace_run(scene, weather, request, prepared=prepared)

@@ -189,11 +189,8 @@ def test_command_line(tmp_path, capsys):
     path = write_cube(tmp_path, ["Ziegel rot", "White_Paint.001", "Bild", "Glass"], mtl=MTL)
     assert main(["inspect", str(path), "--json", *place]) == 0
     materials = json.loads(capsys.readouterr().out)["materials"]
-    assert materials["White_Paint.001"] == {
-        "count": 1,
-        "area": 50.0,
-        "taken_as": "white paint: reflects evenly, albedo 0.700",
-    }
+    paint = {"count": 1, "area": 50.0, "taken_as": "white paint: reflects evenly, albedo 0.700"}
+    assert materials["White_Paint.001"] == paint
     assert materials["Bild"]["taken_as"] == ""
     assert materials["Glass"]["taken_as"] == "glass: reflects as glass or water"
     assert main(["inspect", str(path), *place]) == 0

@@ -23,9 +23,8 @@ def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
             "try:\n    with whole_folder(sys.argv[1]): pass\n"
             "except InputError as error: raise SystemExit(str(error))"
         )
-        second = subprocess.run(
-            [sys.executable, "-c", code, str(tmp_path / "out")], capture_output=True, text=True, check=False
-        )
+        command = [sys.executable, "-c", code, str(tmp_path / "out")]
+        second = subprocess.run(command, capture_output=True, text=True, check=False)
         assert second.returncode == 1
         assert "out: another run is writing to it; wait for it to end, or choose another --out" in second.stderr
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["faces.csv"]

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from reliefs import hill, only, relief, tin, told
+from citygml_text import building, members, wrap
+from reliefs import hill, only, relief, tin, told, triangle
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 from small_city import EAST, HEAD, HOUSES, NORTH, UP, write_gml
@@ -209,15 +210,8 @@ def test_triangles_of_a_building_stay_its_own(tmp_path):
     points, triangles = tin(step=60.0)
     box = f"{EAST + 40:.1f} {NORTH:.1f} {UP:.1f}", f"{EAST + 44:.1f} {NORTH:.1f} {UP:.1f}"
     corner = f"{EAST + 40:.1f} {NORTH:.1f} {UP + 5:.1f}"
-    patch = (
-        "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
-        f"{box[0]} {box[1]} {corner} {box[0]}</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle>"
-    )
-    shed = (
-        '<cityObjectMember><bldg:Building gml:id="shed"><bldg:lod2MultiSurface><gml:MultiSurface><gml:surfaceMember>'
-        f"<gml:TriangulatedSurface><gml:trianglePatches>{patch}</gml:trianglePatches></gml:TriangulatedSurface>"
-        "</gml:surfaceMember></gml:MultiSurface></bldg:lod2MultiSurface></bldg:Building></cityObjectMember>"
-    )
+    patches = wrap(triangle(f"{box[0]} {box[1]} {corner} {box[0]}"), "gml:TriangulatedSurface", "gml:trianglePatches")
+    shed = building(wrap(members(patches), "bldg:lod2MultiSurface", "gml:MultiSurface"), name="shed")
     city = read_city(write_gml(tmp_path / "city.gml", HOUSES, relief(points, triangles), shed))
     assert len(city) == 22
     assert city.building_id[-1] == "shed"

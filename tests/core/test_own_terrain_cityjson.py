@@ -26,7 +26,6 @@ def test_relief_of_cityjson(tmp_path, sequence, quad):
     boundaries = [[[8, 9, 10, 11]]] if quad else [[[8, 9, 10]], [[8, 10, 11]]]
     objects, vertices = cube_on_relief(boundaries, corners)
     transform = {"scale": [0.5, 0.5, 0.5], "translate": [1000.0, 2000.0, 10.0]}
-    document = model(objects, vertices, transform=transform)
     if sequence:
         head = {**model({}, []), "transform": transform}
         rows = [
@@ -35,7 +34,7 @@ def test_relief_of_cityjson(tmp_path, sequence, quad):
         ]
         text = "\n".join(json.dumps(row) for row in (head, *rows))
     else:
-        text = json.dumps(document)
+        text = json.dumps(model(objects, vertices, transform=transform))
     path = tmp_path / ("city.jsonl" if sequence else "city.json")
     path.write_text(text, encoding="utf-8")
     city = read_city(path)

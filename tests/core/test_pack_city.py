@@ -69,9 +69,8 @@ def unpack(text):
     for entry in found["arrays"]:
         count = entry["count"]
         number = np.frombuffer(data[place : place + 4 * count], np.uint8).reshape(4, count).T.tobytes()
-        found[entry["name"]] = (
-            np.cumsum(np.frombuffer(number, "<i4")) if entry["whole"] else np.frombuffer(number, "<f4")
-        )
+        values = np.frombuffer(number, "<i4" if entry["whole"] else "<f4")
+        found[entry["name"]] = np.cumsum(values) if entry["whole"] else values
         place += 4 * count
     assert place == len(data)
     return found
@@ -147,9 +146,8 @@ def test_a_change_has_zero_in_the_middle():
 def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
     """A square with a hole: 16 - 4 m² by shapely; surfaces without rings, as behind old files, have no triangles."""
     square = np.array([[0, 0, 5], [4, 0, 5], [4, 4, 5], [0, 4, 5]], np.float32)
-    outlines = Outlines(
-        np.concatenate([square, square[::-1] / 2 + [1, 1, 2.5]]), np.array([0, 4, 8]), np.array([0, 0, 2])
-    )
+    points = np.concatenate([square, square[::-1] / 2 + [1, 1, 2.5]])
+    outlines = Outlines(points, np.array([0, 4, 8]), np.array([0, 0, 2]))
     shapes = pack_shapes(outlines, np.array([0, 0]))
     corners = shapes["corners"].T / 1000
     area = sum(shapely.Polygon(corners[triangle][:, :2]).area for triangle in shapes["triangles"])
@@ -176,9 +174,8 @@ def test_a_city_that_is_too_large_says_so(compose, monkeypatch):
 def test_the_size_of_a_large_city():
     """15 MB for 100,000 surfaces are 1.5 for 10,000; three.js and the viewer come once."""
     assert len(pack_city(some_results(1667))) < 1_500_000
-    assert (
-        sum(len((WEB / name).read_bytes()) for name in ("three.js", "viewer.js", "report.js", "viewer.css")) < 600_000
-    )
+    parts = ("three.js", "viewer.js", "report.js", "viewer.css")
+    assert sum(len((WEB / name).read_bytes()) for name in parts) < 600_000
     assert sum(len((WEB / name).read_bytes()) for name in ("viewer.js", "report.js", "map.js")) < 40_000
 
 

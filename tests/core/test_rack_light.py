@@ -5,7 +5,7 @@ import pytest
 from cities import box
 from flat_roofs import rectangle, roof, rows_of, scene_with
 from pvlib.bifacial import infinite_sheds
-from scenes import suns_towards
+from scenes import run_gather, suns_towards
 from weathers import DATA
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -88,9 +88,7 @@ def test_pairs_that_face_east_and_west_are_alike(new_york):
     np.testing.assert_allclose(seen[..., 0].min() + seen[..., 0].max(), 30, atol=1e-5)
     elevation = np.radians(np.linspace(5, 85, 9))
     suns = np.array([(side * np.cos(h), 0, np.sin(h)) for h in elevation for side in (1, -1)])
-    transfer = trace_gather(
-        scene, suns_towards(suns), Request(far_ground=False, shadow_samples=256, samples=512), silent
-    )
+    transfer = run_gather(scene, suns_towards(suns), far_ground=False, shadow_samples=256, samples=512)
     direct = transfer.visible_share @ np.ones(len(suns))
     np.testing.assert_allclose(direct[rows], direct[rows[::-1]], rtol=0.02)
     np.testing.assert_allclose(transfer.diffuse_relative[east], transfer.diffuse_relative[west[::-1]], rtol=0.01)

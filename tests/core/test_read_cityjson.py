@@ -161,9 +161,8 @@ def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
     document = model({"b": house(instance(matrix=matrix))}, [[100, 200, 300]], **{"geometry-templates": templates})
     city = read(tmp_path, document)
     assert city.report.lods_chosen == {"2.2": 6}
-    assert city.rings(0)[0].tolist() == [
-        [110 - y, 220 + x, 330 + 2 * z] for x, y, z in (CUBE[corner] for corner in FACES[0])
-    ]
+    face = [CUBE[corner] for corner in FACES[0]]
+    assert city.rings(0)[0].tolist() == [[110 - y, 220 + x, 330 + 2 * z] for x, y, z in face]
 
 
 def test_installations_shade_and_rooms_do_not(tmp_path):

@@ -60,9 +60,8 @@ def test_others_pass_on_light_from_where_it_falls(year):
     facade = surfaces.eligible & (surfaces.kind == "facade")
     ratios = []
     for seed in range(3):
-        few, every = (
-            one.direct_reflected @ one.suns.weight for one in (traced_for(r, year, seed) for r in ("eligible", "all"))
-        )
+        runs = [traced_for(report, year, seed) for report in ("eligible", "all")]
+        few, every = (one.direct_reflected @ one.suns.weight for one in runs)
         ratios.append(few[facade] / every[facade] - 1)
     assert abs(np.average(np.mean(ratios, axis=0), weights=surfaces.area[facade])) < 0.03
     assert np.sqrt((np.mean(ratios, axis=0) ** 2).mean()) < 0.05

@@ -7,7 +7,7 @@ import numpy as np
 import pvlib
 import pytest
 from planes import ALBEDO, DC, light_on_plane
-from scenes import assert_mean, join, run_gather, scene_of_triangles, strip, suns_towards
+from scenes import assert_mean, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
 from test_closed_forms import canyon
 from thorough import THOROUGH
 from weathers import BARROW, DATA, HOUR, read_pvlib_epw
@@ -15,9 +15,7 @@ from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.horizon_band import HEIGHT, HORIZON
 from citypv.core.sun.sky_models import split_sky
@@ -150,9 +148,7 @@ def test_the_horizon_over_a_court():
 
 @pytest.mark.parametrize("tilt", [20, 90, 120])
 def test_photons_of_the_horizon_on_an_open_plane(tilt):
-    forward = trace_forward(
-        open_plane(tilt, 200), suns_towards([[0, 0, 1.0]]), Request(sky="perez", samples=200_000), silent
-    )
+    forward = run_forward(open_plane(tilt, 200), suns_towards([[0, 0, 1.0]]), sky="perez", samples=200_000)
     error = forward.sources["horizon"].standard_error
     assert error[0] < 0.02
     assert_mean(forward.sources["horizon"].relative, error, np.sin(np.radians(tilt)))

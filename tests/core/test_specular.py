@@ -179,9 +179,8 @@ def test_the_horizon_of_perez_in_still_water(tmp_path):
     The lowest z cos φ/R of the band's image, in tangents, are cut off at azimuth φ from the wall's normal.
     """
     high, wide, share = 2.0, 20.0, 0.8
-    scene = join(
-        [strip([-2000, 0, 0], [4000, 0, 0], [0, 0, high], 1), strip([-2000, -wide, 0], [4000, 0, 0], [0, wide, 0], 1)]
-    )
+    wall = strip([-2000, 0, 0], [4000, 0, 0], [0, 0, high], 1)
+    scene = join([wall, strip([-2000, -wide, 0], [4000, 0, 0], [0, wide, 0], 1)])
     path = finish(tmp_path, f"surface,albedo,material\nfacade,0,\nflat,{share},mirror\n")
     height, sine = (np.arange(2000) + 0.5) / 2000 * high, (np.arange(400) + 0.5) / 400
     cut = np.degrees(np.arctan(height[:, None] * np.sqrt(1 - sine**2) / wide)) / 6.5

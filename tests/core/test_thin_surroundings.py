@@ -46,9 +46,8 @@ def test_a_patch_is_drawn_as_often_as_it_is_met():
     clusters = 4_000
     cluster = np.repeat(np.arange(2 * clusters), 3)
     met = np.concatenate([np.tile([0, 1, 3], clusters), np.zeros(3 * clusters, int)])
-    patches = SimpleNamespace(
-        key=mix(np.arange(6 * clusters, dtype=np.uint64)), area=np.tile([0.0, 1.0, 2.0], 2 * clusters)
-    )
+    key = mix(np.arange(6 * clusters, dtype=np.uint64))
+    patches = SimpleNamespace(key=key, area=np.tile([0.0, 1.0, 2.0], 2 * clusters))
     drawn = draw_members(cluster, met, patches)
     assert np.array_equal(cluster[drawn], np.arange(2 * clusters))
     for members, share in ((drawn[:clusters], 3 / 4), (drawn[clusters:], 2 / 3)):

@@ -61,9 +61,8 @@ def test_houses_inside_another_that_see_each_other(height):
 
 @pytest.mark.parametrize("without", [{(0, "floor"), (1, "floor")}, {(0, "floor"), (1, "roof")}, {(1, "north")}])
 def test_nested_shells_with_a_face_missing(without):
-    outer, middle, core = covered_sides(
-        [((0, 0, 0), (12, 12, 12)), ((2, 2, 0), (10, 10, 10)), ((4, 4, 0), (8, 8, 8))], without
-    )
+    shells = [((0, 0, 0), (12, 12, 12)), ((2, 2, 0), (10, 10, 10)), ((4, 4, 0), (8, 8, 8))]
+    outer, middle, core = covered_sides(shells, without)
     walls = {"south", "north", "east", "west"}
     for house in (middle, core):
         assert min(house[side] for side in walls & house.keys()) > 1 - CELL

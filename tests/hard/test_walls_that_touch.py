@@ -53,9 +53,8 @@ def follow_some(tracing, covered, chosen, generator):
     for bounce in range(BOUNCES + 1):
         local = np.stack(cosine_direction(*generator.random((2, len(root)), dtype=np.float32)))
         origins, directions = leave_patches(patches, place, local)
-        light[bounce, :, 1] += np.bincount(
-            root, weight * trace_shadow_rays(trees, patches.normal[place[0]], origins), count
-        )
+        received = trace_shadow_rays(trees, patches.normal[place[0]], origins)
+        light[bounce, :, 1] += np.bincount(root, weight * received, count)
         hit, b1, b2 = trees.trace_places(origins, directions)
         sky, far = (hit < 0) & (directions[:, 2] > 0), np.flatnonzero((hit < 0) & (directions[:, 2] <= 0))
         light[bounce, :, 0] += np.bincount(root[sky], weight[sky], count)

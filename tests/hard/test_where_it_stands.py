@@ -24,9 +24,8 @@ PLACES = {
 def test_the_same_town_and_its_ground_anywhere(place):
     """The same vertices, and so the same light."""
     city = city_of_polygons(*(rows[: 6 * 36] for rows in draw_town(across=6)))  # the houses alone
-    before, scene = (
-        build_scene(replace(city, points=points), 52.5, 13.4) for points in (city.points, PLACES[place](city.points))
-    )
+    moved_city = replace(city, points=PLACES[place](city.points))
+    before, scene = (build_scene(one, 52.5, 13.4) for one in (city, moved_city))
     assert np.array_equal(scene.triangles, before.triangles)
     assert scene.vertices == pytest.approx(before.vertices, abs=1e-9)
 
