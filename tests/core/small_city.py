@@ -34,9 +34,8 @@ def house(name, low, size, ridge=4.0):
     parts += [surface("WallSurface", f"{name}_{side}", points) for side, points in walls.items()]
     south = [(x0, y0, z), (x1, y0, z), (x1, middle, top), (x0, middle, top)]
     north = [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
-    parts += [
-        surface("RoofSurface", f"{name}_roof_{side}", roof) for side, roof in (("south", south), ("north", north))
-    ]
+    parts.append(surface("RoofSurface", f"{name}_roof_south", south))
+    parts.append(surface("RoofSurface", f"{name}_roof_north", north))
     return text.building(*parts, name=name)
 
 

@@ -98,10 +98,8 @@ def test_polygon_drawn_twice_in_its_building_counts_once(tmp_path):
 def test_polygons_that_cannot_be_used_are_left_out_with_reason_and_name(tmp_path):
     flat = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
     bad = text.polygon("word", [("0 0 x", 0, 0), *SQUARE])
-    walls = text.surface(
-        text.members(text.polygon("good", SQUARE), text.polygon("flat", flat), text.polygon("two", flat[:2]), bad)
-    )
-    city = read(tmp_path, text.building(walls))
+    drawn = text.polygon("good", SQUARE), text.polygon("flat", flat), text.polygon("two", flat[:2]), bad
+    city = read(tmp_path, text.building(text.surface(text.members(*drawn))))
     assert city.surface_id == ["good"]
     assert city.report.skipped == {
         "coordinates that are not numeric": ["word"], "no area": ["flat"], "fewer than three points": ["two"],

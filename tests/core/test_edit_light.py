@@ -220,9 +220,8 @@ def test_two_hundred_edits_are_full_runs(base_of, name):
 
 def test_buildings_are_taken_moved_raised_and_named_apart():
     city = make_city([*box("a", 0, 0, 4, 4, 1, 7), *box("b", 9, 0, 4, 4, 2, 5)])
-    change = Change(
-        removed=["b"], moved={"a": (0.0, 10.0)}, raised={"a": 3.0}, added=(make_city(box("a", 0, 0, 1, 1, 0, 1)),)
-    )
+    new = make_city(box("a", 0, 0, 1, 1, 0, 1))
+    change = Change(removed=["b"], moved={"a": (0.0, 10.0)}, raised={"a": 3.0}, added=(new,))
     after = edit_city(city, change, convergence=90.0)  # true north is west of the grid
     house = np.unique(np.concatenate([after.rings(row)[0] for row in range(6)]), axis=0)
     assert house[0] == pytest.approx([-10, 0, 1])

@@ -28,10 +28,8 @@ def test_relief_of_cityjson(tmp_path, sequence, quad):
     transform = {"scale": [0.5, 0.5, 0.5], "translate": [1000.0, 2000.0, 10.0]}
     if sequence:
         head = {**model({}, []), "transform": transform}
-        rows = [
-            {"type": "CityJSONFeature", "id": name, "CityObjects": {name: one}, "vertices": vertices}
-            for name, one in objects.items()
-        ]
+        common = {"type": "CityJSONFeature", "vertices": vertices}
+        rows = [common | {"id": name, "CityObjects": {name: one}} for name, one in objects.items()]
         text = "\n".join(json.dumps(row) for row in (head, *rows))
     else:
         text = json.dumps(model(objects, vertices, transform=transform))

@@ -137,9 +137,8 @@ def test_the_defaults_are_pvwatts_plant(berlin, hourly):
         mounting = PARAMETERS["open-rack" if tilt == 0 else "close-mount"]
         warmth = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][mounting]
         array = pvlib.pvsystem.Array(mount, module_parameters=module, temperature_model_parameters=warmth)
-        plant = pvlib.pvsystem.PVSystem(
-            [array], inverter_parameters={"pdc0": nominal / 0.96}, losses_parameters={"shading": 0}
-        )
+        inverter, losses = {"pdc0": nominal / 0.96}, {"shading": 0}
+        plant = pvlib.pvsystem.PVSystem([array], inverter_parameters=inverter, losses_parameters=losses)
         models = {"ac_model": "pvwatts", "losses_model": "pvwatts", "temperature_model": "sapm", "dc_model": "sapm"}
         place = pvlib.location.Location(berlin.latitude, berlin.longitude)
         chain = pvlib.modelchain.ModelChain(plant, place, aoi_model="no_loss", spectral_model="no_loss", **models)

@@ -69,9 +69,8 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
         told = shown(page)
         assert told["Surface"] == name
         assert page.run("document.querySelector('#city-chosen p button').textContent") == row["building_id"]
-        assert numbers(told["Tilt"] + told["Azimuth"]) == pytest.approx(
-            [row.surface_tilt, row.surface_azimuth], abs=0.06
-        )
+        plane = [row.surface_tilt, row.surface_azimuth]
+        assert numbers(told["Tilt"] + told["Azimuth"]) == pytest.approx(plane, abs=0.06)
         assert numbers(told["Area"])[0] == pytest.approx(row.area, abs=0.006)
         assert numbers(told["Sky view factor"])[0] == pytest.approx(row.sky_view_factor, abs=0.0006)
         kinds.add(row.kind)

@@ -165,10 +165,8 @@ def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
     assert (np.abs(energy.full_load_hours[carries] - expected) < 0.03 * errors).all()
     if sky == "perez":
         np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
-    assert [note.split(" (version 0.2.0")[0] for note in transfer.notes] == [
-        "has no checksums",
-        "does not tell where modules have no room",
-    ]
+    notes = [note.split(" (version 0.2.0")[0] for note in transfer.notes]
+    assert notes == ["has no checksums", "does not tell where modules have no room"]
     assert transfer.leaf_months == (5, 6, 7, 8, 9, 10)
     assert transfer.surfaces.surface_id[1] == "a_south" and transfer.site.crs == "EPSG:25833"
 

@@ -222,9 +222,7 @@ def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
         assert told["Surface"] == names[surface]
         assert numbers(told["Area"])[0] == pytest.approx(row.area, abs=0.006)
         if row.eligible:
-            hours = [
-                row[name] * row.area / row.open_area for name in ("full_load_hours", "full_load_hours_standard_error")
-            ]
+            hours = [on_counted_area(row, f"full_load_hours{end}") for end in ("", "_standard_error")]
             assert numbers(told["Full load hours"]) == pytest.approx(hours, abs=0.06)
             assert page.run("document.querySelectorAll('#city-chosen .months i').length") == 12
             checked += 1

@@ -105,9 +105,8 @@ def test_typical_days_stay_near(latitude, longitude):
 
 def test_more_typical_days_stand_nearer():
     times = year_of()
-    angles = [
-        mismatch(choose_suns(f"typical-days:{n}", times, HOUR, 30, 0), times, 30, 0).mean() for n in (1, 4, 12, 52)
-    ]
+    chosen = [choose_suns(f"typical-days:{count}", times, HOUR, 30, 0) for count in (1, 4, 12, 52)]
+    angles = [mismatch(suns, times, 30, 0).mean() for suns in chosen]
     assert angles[0] > 2 * angles[1] > 4 * angles[2] > 6 * angles[3]
 
 

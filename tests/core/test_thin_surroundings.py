@@ -36,9 +36,8 @@ def tile(tmp_path_factory):
     tile = surround("", rows, pieces, REQUEST.ground_albedo)
     cut, known, _ = take_part(whole, pieces, tile)
     prepared = build_tree(prepare_scene(cut, REQUEST, suns=suns), REQUEST)
-    return SimpleNamespace(
-        whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=np.searchsorted(known, rows), prepared=prepared
-    )
+    own = np.searchsorted(known, rows)
+    return SimpleNamespace(whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=own, prepared=prepared)
 
 
 def test_a_patch_is_drawn_as_often_as_it_is_met():

@@ -115,9 +115,8 @@ def test_coast_lines_are_on_the_map():
 
 
 def test_places_are_found_across_the_date_line():
-    values = xr.DataArray(
-        np.ones((3, 4)), {"latitude": [0.0, 20, 40], "longitude": [-180.0, -90, 0, 90]}, ("latitude", "longitude")
-    )
+    places = {"latitude": [0.0, 20, 40], "longitude": [-180.0, -90, 0, 90]}
+    values = xr.DataArray(np.ones((3, 4)), places, ("latitude", "longitude"))
     assert nearest_place(values, 19, 178) == (1, 0)
     values[1, 0] = np.nan
     assert nearest_place(values, 19, 178) == (0, 0)

@@ -38,9 +38,8 @@ def plain_table(times, latitude=BERLIN[0], longitude=BERLIN[1]):
     middle = (times + interval / 2).tz_convert("UTC")
     zenith = pvlib.solarposition.get_solarposition(middle, latitude, longitude)["apparent_zenith"].to_numpy()
     height = np.maximum(np.cos(np.radians(zenith)), 0.0)
-    return pd.DataFrame(
-        {"ghi": 600.0 * height, "dhi": 200.0 * height, "temp_air": 12.0, "wind_speed": 3.0}, index=times.rename("time")
-    )
+    columns = {"ghi": 600.0 * height, "dhi": 200.0 * height, "temp_air": 12.0, "wind_speed": 3.0}
+    return pd.DataFrame(columns, index=times.rename("time"))
 
 
 def write_table(path, table):

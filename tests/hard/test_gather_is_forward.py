@@ -96,9 +96,8 @@ def compare_estimators(name, groups, gather, forward):
 
 
 def test_first_light_of_gather_is_that_of_a_run_without_reflections():
-    none, whole = (
-        run_gather(three_houses(), SUNS, max_bounces=bounces, samples=64, report="all") for bounces in (0, 3)
-    )
+    settings = {"samples": 64, "report": "all"}
+    none, whole = (run_gather(three_houses(), SUNS, max_bounces=bounces, **settings) for bounces in (0, 3))
     (first, every), (_, alone) = light_of(whole), light_of(none)
     np.testing.assert_allclose(first, alone, rtol=1e-12)
     assert (every > 1.01 * alone).sum() > 10
