@@ -22,8 +22,8 @@ import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.shadow_points import points_above
-from citypv.core.light.sun_sampling_error import take_surfaces
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
+from citypv.core.light.transfer import take_rows
 from citypv.core.patches.patches import patches_of_scene, take_patches
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene
@@ -141,7 +141,8 @@ class Looker:
         )
         light, *_ = sun_visibility(watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32)))
         seconds = time.process_time() - before
-        part = take_surfaces(self.transfer, self.surfaces, suns, light.visible_share)
+        part, dark = take_rows(self.transfer, self.surfaces), np.zeros_like(light.visible_share)
+        part = replace(part, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
         part.surfaces.area = np.ones(count)  # they were drawn by area
         return compute_energy(part, weather, sky=self.sky), len(suns), seconds
 
