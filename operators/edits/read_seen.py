@@ -133,7 +133,7 @@ def read_reshaped(city, session):
         place = number.setdefault(building, len(number))
         ring = points[start[face] : start[face] + total[face]].astype(float)
         name = f"{whole_of_cell(ids[surface[face]])}~{face}"
-        content.polygons.append(Polygon(name, place, 0, "", "", "surface", [np.concatenate([ring, ring[:1]])]))
+        content.polygons.append(Polygon(name, place, 0, "", ("",), "surface", [np.concatenate([ring, ring[:1]])]))
     content.buildings = list(number)
     return broken, content
 
