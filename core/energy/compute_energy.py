@@ -12,7 +12,7 @@ from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import SkyParts, split_sky
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
-from .counted_area import find_counted_area, find_groups
+from .counted_area import find_counted_area, find_groups, find_lit_share
 from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors, tabulate_power
@@ -117,12 +117,14 @@ class Task:
     curves: PvlibCurves | PowerTables
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     mounting: np.ndarray  # (n,) int from `PvSystem.mounting_of`
+    lit_share: np.ndarray  # (n,) from `find_lit_share`
     electric: np.ndarray  # (n,) bool, surfaces with full load hours
     sky: SkyParts
 
     def block(self, rows, group_weight):
         """Data of some surfaces, rows (m,) int, with their weights in the groups, (m, g): Block."""
-        own = {"iam": self.iam[:, rows].astype(self.hours.dni.dtype), "mounting": self.mounting[rows], "sky": self.sky}
+        own = {"iam": self.iam[:, rows].astype(self.hours.dni.dtype), "mounting": self.mounting[rows]}
+        own |= {"lit_share": self.lit_share[rows], "sky": self.sky}
         return take_block(self.transfer, rows, group_weight=group_weight, **own)
 
 
@@ -137,6 +139,7 @@ def prepare_task(transfer, weather, system, electric, sky):
         PvlibCurves(system) if plain else tabulate_power(system),
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         system.mounting_of(transfer.surfaces.kind),
+        find_lit_share(transfer),
         electric,
         sky,
     )
@@ -197,11 +200,9 @@ def add_series(task, series):
         projection, direct = direct_part(block, part)
         sunward, diffuse, dc = run_model(task.curves, block, part, direct, projection)
         poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
-        series.poa_direct[part.interval], series.capacity_factor[part.interval] = (
-            poa_direct,
-            ac_power(dc, task.curves.system),
-        )
-        series.poa_diffuse[part.interval] = diffuse + (sunward - poa_direct)
+        series.poa_direct[part.interval] = poa_direct * block.lit_share
+        series.poa_diffuse[part.interval] = (diffuse + (sunward - poa_direct)) * block.lit_share
+        series.capacity_factor[part.interval] = ac_power(dc, task.curves.system) * block.lit_share
 
 
 def count_years(weather):

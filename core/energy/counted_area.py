@@ -12,6 +12,7 @@ from ..settings.errors import InputError
 from .pv_system import KINDS
 
 MOST_COVERED = 0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
+SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
 GROUND, COVERED = "ground, or under a building", "covered by a neighbour, or inside a building"  # without modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
@@ -77,6 +78,15 @@ def share_without_room(transfer, system):
         cure = f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the city again"
         raise InputError("--clearance", f"{system.clearance:g} m was not traced", cure)
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
+
+
+def find_lit_share(transfer):
+    """Share of each surface that its light falls on, and by which the sums of power are multiplied: (n,).
+
+    Modules on the open part of a surface get its light: the mean over the whole surface divided by this share. Modules
+    that are counted where it is covered are dark.
+    """
+    return np.maximum(1.0 - np.asarray(transfer.covered_share, float), SMALLEST_LIT_SHARE)
 
 
 def sum_left_out(transfer, system):

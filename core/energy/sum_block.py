@@ -22,7 +22,7 @@ GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
 
 @dataclass
 class Block:
-    """Data of some surfaces for the loop over hours."""
+    """Data of some surfaces for the loop over hours: light is that of their open part."""
 
     normal: np.ndarray  # (3, n)
     diffuse: np.ndarray  # (n,) per DHI
@@ -33,13 +33,14 @@ class Block:
     iam: np.ndarray  # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
-    group_weight: np.ndarray  # (n, g) share of the group's area
+    group_weight: np.ndarray  # (n, g) share of the group's area, of the open part
     mounting: np.ndarray  # (n,) int, column of `Hours.heating`
+    lit_share: np.ndarray  # (n,) of the whole surface, on which this light falls
 
 
 @dataclass
 class BlockSums:
-    """Results of a block: sums over hours."""
+    """Results of a block: sums over hours of means over whole surfaces."""
 
     direct_relative: np.ndarray  # (n,) over the sunny hours
     poa_global: np.ndarray  # (n,) [Wm⁻²]
@@ -49,10 +50,12 @@ class BlockSums:
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
 
 
-def take_block(transfer, rows, *, group_weight, iam, mounting, sky=None):
+def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=None):
     """Extract some surfaces of a Transfer.
 
-    Light of the k traced parts of a sky is per irradiance in their units. A part darker than the dome takes light away,
+    A Transfer has means over whole surfaces. Covered parts are dark and carry no modules: modules on the rest get the
+    mean divided by its share. Light of the k
+    traced parts of a sky is per irradiance in their units. A part darker than the dome takes light away,
     from no surface more than the dome gives it.
 
     Parameters
@@ -61,11 +64,13 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, sky=None):
     rows : numpy.ndarray, (n,) int
         The surfaces.
     group_weight : numpy.ndarray, (n, g)
-        Share of each group's area.
+        Share of each group's area, of whole surfaces.
     iam : numpy.ndarray, (2 + k, n)
         Of these surfaces, from `diffuse_incidence_factors`, in the precision to compute in.
     mounting : numpy.ndarray, (n,) int
         Of these surfaces, from `PvSystem.mounting_of`.
+    lit_share : numpy.ndarray, (n,)
+        Of these surfaces, from `counted_area.find_lit_share`.
     sky : SkyParts, optional
         By default without traced parts.
 
@@ -73,7 +78,7 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, sky=None):
     -------
     Block
     """
-    dtype = iam.dtype
+    dtype, lit = iam.dtype, np.asarray(lit_share, iam.dtype)
     light = views = np.zeros((0, len(rows)))
     if sky is not None and sky.sources:
         traced = [transfer.sources[name] for name in sky.sources]
@@ -83,16 +88,17 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, sky=None):
         light = views + np.tile(reflected, (2, 1))
     return Block(
         normal=transfer.surfaces.normal[rows].T.astype(dtype),
-        diffuse=transfer.diffuse_relative[rows].astype(dtype),
-        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
-        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
-        sources=light.astype(dtype),
-        source_view=views.astype(dtype),
+        diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
+        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype) / lit,
+        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype) / lit,
+        sources=light.astype(dtype) / lit,
+        source_view=views.astype(dtype) / lit,
         iam=iam,
-        visible_share=filled_share(transfer, rows, dtype),
-        reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
-        group_weight=group_weight.astype(dtype),
+        visible_share=filled_share(transfer, rows, dtype) / lit,
+        reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype) / lit,
+        group_weight=(group_weight * lit_share[:, None]).astype(dtype),
         mounting=mounting,
+        lit_share=lit,
     )
 
 
@@ -133,7 +139,9 @@ def sum_block(block, hours, model):
             by_year[:, part.year[0]] += sums
         of_groups[first:last] = power @ block.group_weight
     relative, poa = add_linear_parts(block, hours, weights, direct_sums)
-    return BlockSums(relative, poa, dc, by_month, by_year, of_groups)
+    # The light and the power of the open part, as means over the whole surface.
+    means = (sums * block.lit_share for sums in (relative, poa, dc))
+    return BlockSums(*means, *(sums * block.lit_share[:, None] for sums in (by_month, by_year)), of_groups)
 
 
 def direct_part(block, hours):

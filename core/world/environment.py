@@ -9,7 +9,7 @@ from ..city.classify import PAPER
 from ..city.scene import Site, Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy.check_inputs import check_sky, check_transfer
-from ..energy.counted_area import classify_again, find_counted_area, find_groups
+from ..energy.counted_area import classify_again, find_counted_area, find_groups, find_lit_share
 from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, take_block
 from ..light.transfer import SourceLight, Transfer
@@ -39,7 +39,7 @@ class Environment:
     group_count: np.ndarray  # (g,) surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
-    weight: np.ndarray  # (n,) float64, area over the counted area of the group
+    weight: np.ndarray  # (n,) float64, open area over the counted area of the group
     block: Block  # of the n surfaces, float32
     sources: np.ndarray  # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
     sky: SkyTriangles
@@ -81,19 +81,20 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     member = groups.weight[rows].argmax(axis=1)
     order = np.argsort(member, kind="stable")
     rows, member = rows[order], member[order]
-    sky = triangulate_sky(transfer.suns)
+    sky, lit = triangulate_sky(transfer.suns), find_lit_share(transfer)[rows]
     block = take_block(
         transfer,
         rows,
         group_weight=np.zeros((len(rows), 0)),
         iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(SINGLE),
         mounting=np.zeros(len(rows), int),
+        lit_share=lit,
     )
     traced = [transfer.sources[one.name] for one in sources]
     views = [light.view_factor[rows] for light in traced]
     reflected = [light.relative[rows] - view for light, view in zip(traced, views, strict=True)]
-    light = np.stack([*views, *reflected, transfer.sky_view_factor[rows]]).astype(SINGLE)
-    weight = groups.weight[rows, member]
+    light = (np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / lit).astype(SINGLE)
+    weight = groups.weight[rows, member] * lit
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
     found = Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky)
     return replace(found, errors=find_group_errors(transfer, found, rows, traced))

@@ -58,6 +58,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
     """
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     first, weight = environment.first, environment.weight
+    of_whole = weight / environment.block.lit_share  # weights of what a Transfer tells: means over whole surfaces
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
@@ -66,19 +67,19 @@ def find_group_errors(transfer, environment, rows, traced=()):
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     points = np.minimum(parts.direct_points[rows], own[0])
     seen = np.stack([transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]])
-    sky, diffuse = mean_of_groups(seen, first, weight)
+    sky, diffuse = mean_of_groups(seen, first, of_whole)
     direct = []
     for start, stop in pairwise(first):
         cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
         light_of_sun = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
         direct.append(light_of_sun @ weight[start:stop])
     return GroupErrors(
-        own=mean_of_groups(np.stack(own) * weight, first, weight),
-        points=mean_of_groups(points * weight, first, weight),
+        own=mean_of_groups(np.stack(own) * of_whole, first, of_whole),
+        points=mean_of_groups(points * of_whole, first, of_whole),
         brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST),
-        direct_passed_on=mean_of_groups(parts.direct_passed_on[rows].T, first, weight).T,
-        diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, weight).T,
-        discretisation=mean_of_groups(np.stack(discretisation), first, weight),
+        direct_passed_on=mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
+        diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
+        discretisation=mean_of_groups(np.stack(discretisation), first, of_whole),
         sun_sampling=np.array([sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]),
         direct=np.stack(direct, axis=1),
         shared=mean_of_groups(light, first, weight),

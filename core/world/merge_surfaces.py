@@ -102,7 +102,7 @@ def merge_block(block, weight, pieces, direction):
         projection = np.maximum(direction @ (normal @ share), 0.0)
         exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(projection, GRAZING)
         seen.append(np.where(projection > GRAZING, exact, visible @ share))
-    linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected")
+    linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
     means = {name: mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE) for name in linear}
     return replace(
         block,
