@@ -6,6 +6,7 @@ import numpy as np
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
+from ..settings.errors import build_from
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
@@ -54,19 +55,12 @@ def record_of_dict(values):
 
     Raises
     ------
-    KeyError
+    ValueError
         Names the missing or unknown key.
     """
     rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
     values = {name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays}
-    known = {one.name for one in fields(TraceRecord)} - {"source_rays"}
-    unknown = sorted(set(values) - known)
-    if unknown:
-        raise KeyError(unknown[0])
-    try:
-        return TraceRecord(**values, source_rays=rays)
-    except TypeError as error:
-        raise KeyError(str(error)) from error
+    return build_from(TraceRecord, values | {"source_rays": rays})
 
 
 def note_interruption(kept, count):

@@ -15,9 +15,12 @@ import numpy as np
 import pyproj
 from numba import njit
 
+from ..settings.errors import parsing
+
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
 PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
 PIXEL_IS_POINT = 2
+UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
 WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
 USER_DEFINED = 32767
 PROJECTED, GEOGRAPHIC = 1, 2  # types of model
@@ -59,22 +62,30 @@ def crs_of_keys(keys):
     NotImplementedError, pyproj.exceptions.CRSError
         It has no code of EPSG, or an unknown one.
     """
-    model = int(keys.get("GTModelTypeGeoKey", 0))
+    model = number_of_key(keys, "GTModelTypeGeoKey", 0)
     name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
-    unit = UNITS.get(int(keys.get("VerticalUnitsGeoKey", 0)), ("", None))[0]
+    unit = UNITS.get(number_of_key(keys, "VerticalUnitsGeoKey", 0), ("", None))[0]
     if name is None:
         return None, unit
-    code = int(keys.get(name, USER_DEFINED))
-    vertical = int(keys.get("VerticalCSTypeGeoKey", USER_DEFINED))
+    code = number_of_key(keys, name, USER_DEFINED)
+    vertical = number_of_key(keys, "VerticalCSTypeGeoKey", USER_DEFINED)
     if code in (0, USER_DEFINED):
         raise NotImplementedError("its coordinate reference system has no EPSG code")
     system = pyproj.CRS.from_epsg(code)
-    given = UNITS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)), ("", None))[1]
+    given = UNITS.get(number_of_key(keys, "ProjLinearUnitsGeoKey", 0), ("", None))[1]
     if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
         raise NotImplementedError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and pyproj.CRS.from_epsg(vertical).is_vertical:
         system = pyproj.CRS.from_user_input(f"EPSG:{code}+{vertical}")
     return system.to_wkt(), unit
+
+
+def number_of_key(keys, name, default):
+    """Whole number that a GeoTIFF key holds; a ValueError where it holds something else."""
+    value = keys.get(name, default)
+    if not isinstance(value, int | float):
+        raise ValueError(f"{name} is {value!r}")
+    return int(value)
 
 
 def open_geotiff(path, file):
@@ -94,16 +105,22 @@ def open_geotiff(path, file):
     ------
     NotImplementedError, pyproj.exceptions.CRSError
         Compressed in another way, or in a system without a known number.
-    ValueError, KeyError, IndexError, TypeError
+    InputError, ValueError, ArithmeticError
         Damaged.
     """
-    page = file.pages[0]
-    kind = page.dtype
+    # The tags are read as they are asked for.
+    with parsing(path, UNREADABLE, GIVE):
+        page = file.pages[0]
+        kind, keys = page.dtype, page.geotiff_tags or {}
+        places = [page.tags.valueof(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT)]
+        places = [None if values is None else np.atleast_1d(np.asarray(values, float)) for values in places]
+        rows, columns = map(int, page.chunks[:2])
+        across, down = -(-page.imagewidth // columns), -(-page.imagelength // rows)
+        counts = len(page.dataoffsets), len(page.databytecounts)
     if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
         raise NotImplementedError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
         raise NotImplementedError(f"has values of {page.bitspersample} bits")
-    keys = page.geotiff_tags or {}
     crs, unit = crs_of_keys(keys)
     # Scale, offset and unit of the first band, as GDAL writes them.
     words = str(page.tags[METADATA].value) if METADATA in page.tags else ""
@@ -114,10 +131,8 @@ def open_geotiff(path, file):
     if NO_DATA in page.tags:
         gap = float(str(page.tags[NO_DATA].value).strip(" \0").replace(",", "."))
         gap = float(kind.type(gap)) if kind.kind == "f" else gap
-    rows, columns = page.chunks[:2]
-    across, down = -(-page.imagewidth // columns), -(-page.imagelength // rows)
-    if min(len(page.dataoffsets), len(page.databytecounts)) < across * down:
-        raise ValueError(f"{len(page.dataoffsets)} of {across * down} strips or tiles")
+    if min(counts) < across * down:
+        raise ValueError(f"{min(counts)} of {across * down} strips or tiles")
 
     def read_cells(first, last, west, east):
         bands, top, left = [], first // rows, west // columns
@@ -131,7 +146,7 @@ def open_geotiff(path, file):
         return values * scale + offset
 
     size = int(np.prod(page.chunks)) * kind.itemsize
-    matrix = matrix_of_page(page, keys, Path(path))
+    matrix = matrix_of_page(places, keys, Path(path))
     unit = told["unittype"] or unit
     return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells)
 
@@ -151,17 +166,18 @@ def read_block(page, number, absent):
     return unpack_segment(packed, int(page.compression), int(page.predictor), shape, kind)[..., 0]
 
 
-def matrix_of_page(page, keys, path):
+def matrix_of_page(places, keys, path):
     """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where none is inside.
 
+    `places` are the transformation, the size of cells and the tie points of the tags, None where there are none.
     The identity if there is none at all.
     """
-    whole, size, point = (page.tags.valueof(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT))
+    whole, size, point = places
     if whole is not None:
-        matrix = np.array(whole, float).reshape(4, 4)[:2][:, [0, 1, 3]]
+        matrix = whole.reshape(4, 4)[:2][:, [0, 1, 3]]
     elif size is not None and point is not None:
-        x, y = float(size[0]), -float(size[1])
-        column, row, _, east, north, _ = np.array(point[:6], float)
+        x, y = size[0], -size[1]
+        column, row, _, east, north, _ = point[:6]
         matrix = np.array([[x, 0.0, east - column * x], [0.0, y, north - row * y]])
     else:
         beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
@@ -169,7 +185,7 @@ def matrix_of_page(page, keys, path):
             return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
         a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
         return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])
-    if int(keys.get("GTRasterTypeGeoKey", 1)) == PIXEL_IS_POINT:
+    if number_of_key(keys, "GTRasterTypeGeoKey", 1) == PIXEL_IS_POINT:
         matrix[:, 2] -= 0.5 * (matrix[:, 0] + matrix[:, 1])
     return matrix
 

@@ -16,8 +16,8 @@ from pyproj.exceptions import CRSError
 from scipy import sparse
 
 from ..city.transform_crs import full_turn, plane_of, turn_towards
-from ..settings.errors import InputError
-from .open_geotiff import Raster, open_geotiff
+from ..settings.errors import InputError, blame_file, parsing
+from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import open_input, open_text
 
 LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
@@ -31,7 +31,8 @@ PIECE = 2**24  # cells that are unpacked at a time
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
 MARKS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-DAMAGE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, struct.error, zlib.error)
+# What damaged bytes and words raise where they are unpacked and read as numbers.
+DAMAGE = (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error)
 CURE = "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install rasterio)"
 LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
@@ -45,7 +46,7 @@ def read_ascii_grid(path):
 
     Raises
     ------
-    ValueError, KeyError
+    ValueError
         Not a grid, or a damaged one.
     """
     with open_text(path) as stream:
@@ -53,6 +54,8 @@ def read_ascii_grid(path):
         while (match := HEAD.match(line)) and match[1].lower() in MARKS:
             head[match[1].lower()] = match[2]
             line = stream.readline(1000)
+        if not {"ncols", "nrows"} <= set(head):
+            raise ValueError("its header has no ncols and nrows")
         columns, rows = int(head["ncols"]), int(head["nrows"])
         body = line + stream.read()
     with warnings.catch_warnings():
@@ -78,6 +81,9 @@ def read_ascii_grid(path):
 
 def matrix_of_head(head, rows):
     """Transformation from (column, row, 1) of cell corners: (2, 3) float64."""
+    sizes, places = ({"dx", "dy"}, {"cellsize"}), [({f"{axis}llcorner"}, {f"{axis}llcenter"}) for axis in "xy"]
+    if not all(any(names <= set(head) for names in choice) for choice in (sizes, *places)):
+        raise ValueError("its header has no size or no corner of its cells")
     wide, high = (float(head[name] if name in head else head["cellsize"]) for name in ("dx", "dy"))
     west = float(head["xllcorner"]) if "xllcorner" in head else float(head["xllcenter"]) - wide / 2
     south = float(head["yllcorner"]) if "yllcorner" in head else float(head["yllcenter"]) - high / 2
@@ -116,8 +122,7 @@ def tell_damage(path):
     except InputError:
         raise
     except DAMAGE as error:
-        words = " ".join(str(error).replace(str(path), "it").split())[:160]
-        raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
+        raise blame_file(path, UNREADABLE, error, GIVE) from error
 
 
 def _open(path, stack):
@@ -130,8 +135,10 @@ def _open(path, stack):
         content = io.BytesIO(start + stream.read()) if packed else path
     import tifffile  # imported late: few runs need it
 
+    with parsing(path, UNREADABLE, GIVE):
+        file = stack.enter_context(tifffile.TiffFile(content))
     try:
-        return open_geotiff(path, stack.enter_context(tifffile.TiffFile(content)))
+        return open_geotiff(path, file)
     except (NotImplementedError, CRSError) as reason:
         if importlib.util.find_spec("rasterio") is None:
             raise InputError(path, " ".join(str(reason).split()), CURE) from reason

@@ -27,7 +27,7 @@ from ..light.solve_light import Light
 from ..light.solve_suns import SunLight
 from ..light.traced import FirstLight, Traced
 from ..rays.trail import Trail
-from ..settings.errors import InputError
+from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.request import Request
 from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
@@ -128,22 +128,20 @@ def read_rays(folder):
     path = Path(folder) / NAME
     if not path.is_file():
         raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
+    with parsing(path, "cannot be read", CURE), h5netcdf.File(path) as file:
+        if file.attrs.get("title") != FORMAT:
+            raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
+        text = np.asarray(file["content"][:]).tobytes()
+        if crc32(text) != file["content"].attrs["crc32"]:
+            raise InputError(path, "is damaged", "trace the city again with --editable")
+        arrays = {name: np.asarray(values[...]) for name, values in file.variables.items() if name != "content"}
     try:
-        with h5netcdf.File(path) as file:
-            if file.attrs.get("title") != FORMAT:
-                raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
-            text = np.asarray(file["content"][:]).tobytes()
-            if crc32(text) != file["content"].attrs["crc32"]:
-                raise InputError(path, "is damaged", "trace the city again with --editable")
-            tree = json.loads(text)
-            found = decode(tree, lambda number: np.asarray(file[f"array_{number}"][...]))
-    except (OSError, KeyError, IndexError, ValueError, TypeError, RuntimeError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(path, f"cannot be read ({error})", CURE) from error
+        found = decode(json.loads(text), arrays)
+        request, files = build_from(Request, found.pop("request")), found.pop("files")
+        kept = build_from(KeptRays, {"request": request, **found})
+    except ValueError as error:
+        raise blame_file(path, "cannot be read", error, CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
-    request, files = Request(**found.pop("request")), found.pop("files")
-    kept = KeptRays(request=request, **found)
     weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)
     for name, (file_name, data) in files.items():
         own = Path(place, Path(file_name).name)
@@ -172,21 +170,29 @@ def encode(value, arrays):
     return str(value) if isinstance(value, Path) else value
 
 
-def decode(value, array):
-    """The value that `encode` was given; `array` gives an array by its number."""
+def decode(value, arrays):
+    """The value that `encode` was given; `arrays` by their names in the file.
+
+    Raises
+    ------
+    ValueError
+        An array is damaged, or a type has other fields, as in another version.
+    """
     if not isinstance(value, dict):
         return value
     if "array" in value:
-        found = array(value["array"])
-        if crc32(np.ascontiguousarray(found)) != value["crc32"]:
+        found = arrays.get(f"array_{value['array']}")
+        if found is None or crc32(np.ascontiguousarray(found)) != value["crc32"]:
             raise ValueError(f"array {value['array']} is damaged")
         found = found.astype(value["dtype"], copy=False)
         return found[()] if value["scalar"] else found
     if "texts" in value:
         return np.array(value["texts"], dtype=object)
     if "type" in value:
-        return TYPES[value["type"]](**{name: decode(one, array) for name, one in value["fields"].items()})
+        if value["type"] not in TYPES:
+            raise ValueError(f"{value['type']} is unknown")
+        return build_from(TYPES[value["type"]], {name: decode(one, arrays) for name, one in value["fields"].items()})
     if "dict" in value:
-        return {decode(key, array): decode(one, array) for key, one in value["dict"]}
+        return {decode(key, arrays): decode(one, arrays) for key, one in value["dict"]}
     kind = list if "list" in value else tuple
-    return kind(decode(one, array) for one in value[kind.__name__])
+    return kind(decode(one, arrays) for one in value[kind.__name__])

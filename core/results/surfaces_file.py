@@ -39,7 +39,7 @@ def write_surfaces(path, transfer, energy):
 
 @contextmanager
 def open_surfaces(folder):
-    """The surfaces.nc of a folder, open; whatever cannot be read from it is the file's fault.
+    """The surfaces.nc of a folder, open, with the names and months of its surfaces; bytes of it may be damaged.
 
     Raises
     ------
@@ -53,8 +53,13 @@ def open_surfaces(folder):
         with h5netcdf.File(path) as file:
             if file.attrs.get("title") != FORMAT:
                 raise InputError(path, "is no file of CityPV's surfaces", CURE)
+            missing = [name for name in ("surface_id", "direction", MONTHLY) if name not in file]
+            if missing:
+                raise InputError(path, f"has no {', '.join(missing)}", AGAIN)
             yield file
-    except (OSError, KeyError, IndexError) as error:
+    except OSError as error:
+        if error.filename not in (None, str(path)):  # of another file that was open beside it
+            raise
         raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
 
 

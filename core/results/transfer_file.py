@@ -18,7 +18,7 @@ from ..city.scene import Site, Surfaces
 from ..light.kept_matrix import row_blocks
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.open_netcdf import open_netcdf
-from ..settings.errors import InputError
+from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.progress import silent
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
@@ -196,22 +196,19 @@ def read_transfer(path):
     """
     if not Path(path).is_file():
         raise InputError(path, "there is no such file", CURE)
-    try:
+    with parsing(path, "cannot be read as NetCDF", CURE):
         with open_netcdf(path) as dataset:
             dataset.load()
         bare = None
         if "leaf_months" in dataset.attrs:
             with open_netcdf(path, group=BARE) as bare:
                 bare.load()
-    except InputError:
-        raise
-    except (OSError, ValueError, RuntimeError, KeyError) as error:
-        raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
     try:
         for state in (dataset, *([] if bare is None else [bare])):
             check_sums(path, state)
+            check_names(path, state)
         notes = () if SUMS in dataset.attrs else (UNCHECKED,)
         notes += () if "no_room" in dataset else (UNKNOWN_ROOM,)
         transfer = replace(transfer_of_dataset(dataset), notes=notes)
@@ -219,13 +216,26 @@ def read_transfer(path):
             return transfer
         months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
-        raise InputError(path, f"lacks or garbles {error}", CURE) from error
+    except InputError:
+        raise
+    except ValueError as error:  # texts that are no JSON, or have other keys, as those of another version
+        raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
+
+
+def check_names(path, dataset):
+    """Refuse a file without what every run writes."""
+    wanted = [name for name, (owner, *_) in VARIABLES.items() if owner in ("surfaces", "suns", "transfer")]
+    missing = [name for name in (*wanted, *MATRICES) if name not in dataset]
+    missing += [name for name in ("way", "ground_albedo", "site") if name not in dataset.attrs]
+    if missing:
+        raise InputError(path, f"lacks {', '.join(missing)}", OTHER_CURE)
 
 
 def check_sums(path, dataset):
     """Refuse variables and attributes that are not what was written; files without checksums pass."""
     for name, expected in json.loads(dataset.attrs.get(SUMS, "{}")).items():
+        if name.lstrip(":") not in (dataset.attrs if name.startswith(":") else dataset):
+            raise InputError(path, f"is damaged: {name.lstrip(':')} is missing", COPY)
         stored = dataset.attrs[name[1:]] if name.startswith(":") else dataset[name].values
         if checksum(stored) != expected:
             raise InputError(path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY)
@@ -259,7 +269,7 @@ def transfer_of_dataset(dataset):
     sources = {name: SourceLight(**found) for name in SOURCES if (found := read_fields(dataset, name))}
     return Transfer(
         surfaces=Surfaces(**surfaces),
-        site=Site(**texts["site"] | {"origin": tuple(texts["site"]["origin"])}),
+        site=build_from(Site, texts["site"] | {"origin": tuple(texts["site"].get("origin", ()))}),
         suns=Suns(dataset.attrs["way"], **suns),
         ground_albedo=float(dataset.attrs["ground_albedo"]),
         albedos=texts.get("albedos"),

@@ -4,6 +4,11 @@ arrays that raise it.
 Each error names the array, the row and the cure.
 """
 
+import struct
+import zlib
+from contextlib import contextmanager
+from inspect import signature
+
 import numpy as np
 
 
@@ -26,6 +31,49 @@ class InputError(ValueError):
 
     def __reduce__(self):
         return type(self), (self.source, self.problem, self.cure)
+
+
+@contextmanager
+def parsing(source, problem, cure):
+    """What a parser raises on a damaged file becomes an InputError: for the call of a parser of a library, and no more.
+
+    Around code of ours it would take a bug for damage: what that reads of a parsed file it checks, and names.
+
+    Parameters
+    ----------
+    source, cure
+        As of `InputError`.
+    problem : str
+        In front of the parser's own words.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, EOFError, OSError,
+            struct.error, zlib.error) as error:  # fmt: skip
+        raise blame_file(source, problem, error, cure) from error
+
+
+def build_from(kind, values):
+    """An object of a type from the values that a file holds for it, by name.
+
+    Raises
+    ------
+    ValueError
+        Names what is missing or unknown, as in files of another version.
+    """
+    try:
+        signature(kind).bind(**values)
+    except TypeError as error:
+        raise ValueError(f"{kind.__name__}: {error}") from error
+    return kind(**values)
+
+
+def blame_file(source, problem, error, cure):
+    """InputError of a file from what was raised on it, in one line."""
+    words = " ".join(str(error).replace(str(source), "it").split())[:160]
+    return InputError(source, f"{problem} ({type(error).__name__}: {words})", cure)
 
 
 def count_of(number, noun):

@@ -9,8 +9,8 @@ import pandas as pd
 import pyproj
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError, first_true
-from .weather import TYPICAL_YEAR, Record
+from ..settings.errors import InputError, first_true, parsing
+from .weather import DAMAGED, TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
 GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
@@ -45,8 +45,8 @@ def read_dwd(path, place=None):
     head = [line.lstrip("# ") for line in lines if line.startswith("#")]
     names = next(line.split() for line in head if "G_Bh" in line)
     rows = [line for line in lines if re.match(r"\s*\d", line)]
-    table = read_columns(names, rows, TABLE_COLUMNS | {"pressure": "p"})
-    hours = pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None)[0].to_numpy()
+    table = read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": "p"})
+    hours = read_rows(path, rows)[0].to_numpy()
     if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
         raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
     year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
@@ -65,11 +65,18 @@ def read_dwd(path, place=None):
     return Record(table, *own, str(path), label, notes, TABLE_COLUMNS)
 
 
-def read_columns(names, rows, columns):
+def read_rows(path, rows, **options):
+    """Table of rows of numbers; `options` of pandas."""
+    with parsing(path, "cannot be read as a table of DWD", DAMAGED):
+        return pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None, **options)
+
+
+def read_columns(path, names, rows, columns):
     """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to Pa."""
-    text = "\n".join(row.replace(",", ".") for row in rows)
-    table = pd.read_csv(io.StringIO(text), sep=r"\s+", header=None, dtype=float)
-    table = table.set_axis(names, axis=1)
+    table = read_rows(path, [row.replace(",", ".") for row in rows], dtype=float).set_axis(names, axis=1)
+    missing = [part for parts in columns.values() for part in parts.split(" + ") if part not in names]
+    if missing:
+        raise InputError(path, f"has no column {', '.join(missing)}", DAMAGED)
     table = table.mask(table <= -99.0)  # marks of missing values are -99 and -999
     sums = {name: sum(table[part] for part in parts.split(" + ")) for name, parts in columns.items()}
     data = pd.DataFrame(sums)
@@ -110,7 +117,7 @@ def read_try(path, place=None):
     lines = read_text(path).splitlines()
     names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
     rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
-    table = read_columns(names, rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
+    table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
     day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
     times = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
     if (first := first_true((day != times.day) | (hour != times.hour + 1))) is not None:

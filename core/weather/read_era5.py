@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.io import netcdf_file
 
 from ..read.open_netcdf import open_netcdf
-from ..settings.errors import InputError
+from ..settings.errors import InputError, parsing
 from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record
 
@@ -214,19 +214,16 @@ def open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
-        # A truncated file in the classic format is found out before xarray, which would leave it open.
-        with file.open("rb") as stream:
-            if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
-                stream.seek(0)
-                classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
-                classic.variables.clear()
-        dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
+        with parsing(path, "cannot be read as NetCDF", "download the file again; it may be cut"):
+            # A truncated file in the classic format is found out before xarray, which would leave it open.
+            with file.open("rb") as stream:
+                if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
+                    stream.seek(0)
+                    classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
+                    classic.variables.clear()
+            dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        words = " ".join(str(error).split())[:160]
-        problem = f"cannot be read as NetCDF ({words})"
-        raise InputError(path, problem, "download the file again; it may be cut") from error
     names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
     if not names:
         return None

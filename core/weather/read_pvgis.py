@@ -13,8 +13,8 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError
-from .weather import Record, coerce_year, read_numbers
+from ..settings.errors import InputError, parsing
+from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 COLUMNS = {"ghi": "G(h)", "dhi": "Gd(h)", "dni": "Gb(n)", "temp_air": "T2m", "wind_speed": "WS10m", "pressure": "SP"}
 PLACE = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
@@ -68,18 +68,41 @@ def read_typical(path, text, file_format):
         fields = dict(line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit())
         place = [fields.get(name, 0.0) for name in PLACE]
         header = next(line for line in lines if line.startswith("time(UTC)"))
-        cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
+        with parsing(path, "cannot be read as pvgis-csv", DAMAGED):
+            cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
     else:
         tree = json.loads(text)
-        location, cells = tree["inputs"]["location"], pd.DataFrame(tree["outputs"]["tmy_hourly"])
-        names = ("latitude", "longitude", "elevation", "irradiance_time_offset")
-        place = [location.get(name, 0.0) for name in names]
+        with parsing(path, "cannot be read as pvgis-json", DAMAGED):
+            cells = pd.DataFrame(tree["outputs"]["tmy_hourly"])
+        if "time(UTC)" not in cells:
+            raise InputError(path, "its hours have no time(UTC)", CURE)
+        place = _place_of_inputs(path, tree.get("inputs"))
     latitude, longitude, altitude, offset = map(float, place)
     table = pd.DataFrame({ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells})
     times = pd.to_datetime(cells["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
     data = lay_intervals(table.set_axis(pd.DatetimeIndex(times), axis=0), offset)
     label = f"PVGIS {path.name} (typical year)"
     return Record(data, latitude, longitude, altitude, str(path), label, columns=COLUMNS)
+
+
+def _place_of_inputs(source, inputs):
+    """Latitude, longitude [°], elevation [m] and time offset [h] that the inputs of PVGIS' JSON name.
+
+    Elevation and offset are 0 where they are not told.
+
+    Raises
+    ------
+    InputError
+        They name no place.
+    """
+    location = inputs.get("location") if isinstance(inputs, dict) else None
+    if not isinstance(location, dict) or not {"latitude", "longitude"} <= set(location):
+        raise InputError(source, "its inputs have no location with latitude and longitude", CURE)
+    values = [location.get(name, 0.0) for name in ("latitude", "longitude", "elevation", "irradiance_time_offset")]
+    for value in values:
+        if not isinstance(value, int | float):
+            raise InputError(source, f"its location has {value!r} instead of a number", CURE)
+    return values
 
 
 def lay_intervals(table, offset):
@@ -92,22 +115,26 @@ def lay_intervals(table, offset):
 
 def read_hourly(path, text, file_format):
     """Record of an hourly series on the horizontal plane: path, text and format as in `read_pvgis`."""
-    table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
+    with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
+        table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
     if file_format == "json":
-        place = meta["inputs"]["location"]
-        slope = meta["inputs"].get("mounting_system", {}).get("fixed", {}).get("slope", {}).get("value")
+        latitude, longitude, altitude, _ = _place_of_inputs(path, meta["inputs"])
+        slope = meta["inputs"]
+        for name in ("mounting_system", "fixed", "slope", "value"):
+            slope = slope.get(name) if isinstance(slope, dict) else None
     else:
-        place = meta["inputs"]
+        latitude, longitude, altitude = (float(meta["inputs"][name]) for name in ("latitude", "longitude", "elevation"))
         slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
         slope = slope and float(slope[1])
-    if slope is None or abs(float(slope)) > LEVEL:
+    if not isinstance(slope, int | float) or abs(slope) > LEVEL:
         raise InputError(path, f"the plane has a slope of {slope}° instead of 0", CURE)
     if not {"poa_direct", "poa_sky_diffuse"} <= set(table):
         raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)
+    if not {"temp_air", "wind_speed"} <= set(table):
+        raise InputError(path, "temperature and wind, T2m and WS10m, are missing", CURE)
     data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})
     data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
     data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
-    latitude, longitude, altitude = (float(place[name]) for name in ("latitude", "longitude", "elevation"))
     label, columns = f"PVGIS {path.name} (hourly series)", COLUMNS | {"ghi": "Gb(i) + Gd(i)", "dhi": "Gd(i)"}
     return Record(data.astype(float), latitude, longitude, altitude, str(path), label, columns=columns)
 
@@ -138,9 +165,6 @@ def download_pvgis(latitude, longitude, url=None):
         table, meta = pvlib.iotools.get_pvgis_tmy(
             latitude, longitude, timeout=TIMEOUT, coerce_year=None, map_variables=True, url=address
         )
-        place = meta["inputs"]["location"]
-        data = lay_intervals(table, float(place.get("irradiance_time_offset", 0.0)))
-        altitude = float(place.get("elevation", 0.0))
     except OSError as error:  # what requests raises, from a missing network to PVGIS' own refusal
         words = f"{address} refused ({' '.join(str(error).split())[:160]})"
         if error.__class__.__name__ in NOT_REACHED:
@@ -149,5 +173,6 @@ def download_pvgis(latitude, longitude, url=None):
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         problem = f"{address} sent no typical year ({type(error).__name__})"
         raise InputError("--weather pvgis", problem, NO_NETWORK) from error
-    label = f"PVGIS {place['latitude']:g}°, {place['longitude']:g}° (typical year, downloaded)"
-    return Record(data, place["latitude"], place["longitude"], altitude, "pvgis", label, columns=COLUMNS)
+    latitude, longitude, altitude, offset = _place_of_inputs("--weather pvgis", meta["inputs"])
+    label = f"PVGIS {latitude:g}°, {longitude:g}° (typical year, downloaded)"
+    return Record(lay_intervals(table, offset), latitude, longitude, altitude, "pvgis", label, columns=COLUMNS)

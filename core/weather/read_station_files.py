@@ -13,8 +13,8 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import open_text, read_text
-from ..settings.errors import InputError, first_true
-from .weather import Record, coerce_year, read_numbers
+from ..settings.errors import InputError, first_true, parsing
+from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 # Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources in that format have
 # a subset of its columns.
@@ -67,7 +67,8 @@ def read_epw(path):
     # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants them in one row.
     if len(lines) > HEADER_LINES:
         lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
-    table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
+    with parsing(path, "cannot be read as epw", DAMAGED):
+        table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
     table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
     data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
     hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
@@ -112,13 +113,17 @@ def read_tmy3(path):
     path = Path(path)
     with open_text(path) as file:
         header = next(csv.reader([file.readline().strip()]))
-        table = pd.read_csv(file, low_memory=False)
+        with parsing(path, "cannot be read as tmy3", DAMAGED):
+            table = pd.read_csv(file, low_memory=False)
     if sum(bool(field) for field in header) == 1:
         header = next(csv.reader([header[0]]))
     _, name, _, *place = (field.replace(",", " ").strip() for field in header[:7])
     zone, latitude, longitude, altitude = map(float, place)
     # Some sources end a name with two brackets.
     table.columns = [re.sub(r"\)+$", ")", str(name).strip()) for name in table.columns]
+    missing = [name for name in (DATE, TIME) if name not in table]
+    if missing:
+        raise InputError(path, f"has no column {missing[0]}", DAMAGED)
     copies = table.duplicated().to_numpy()
     table = table[~copies]
     data = take_columns(path, table, TMY3, TMY3_MISSING)
@@ -168,11 +173,18 @@ def read_psm(path):
         if missing:
             raise InputError(path, f"is not of NSRDB: its header has no {', '.join(missing)}", CURE)
         # Programs that save the file fill its rows up with empty fields.
-        table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
+        with parsing(path, "cannot be read as psm", DAMAGED):
+            table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
     table = table.set_axis(names[: table.shape[1]], axis=1)
+    missing = [name for name in STAMP if name not in table]
+    if missing:
+        raise InputError(path, f"its rows have no {', '.join(missing)}", DAMAGED)
     data = take_columns(path, table, PSM, PSM_MISSING)
     if "pressure" in data:
-        data["pressure"] *= PASCALS[place.get("Pressure Units", "mbar").strip().lower()]
+        unit = place.get("Pressure Units", "mbar").strip().lower()
+        if unit not in PASCALS:
+            raise InputError(path, f"its pressure is in {unit!r}", f"give it in {', '.join(PASCALS)}")
+        data["pressure"] *= PASCALS[unit]
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
     data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(int(3600 * float(place["Time Zone"])))
     data, typical = coerce_year(data)
@@ -212,7 +224,8 @@ def read_weather_csv(path, latitude, longitude, altitude):
     if header.count(",") < 2 and re.search(r"[;\t]", header):
         cure = "write commas between columns, and points in numbers"
         raise InputError(path, "its columns are separated by other signs than commas", cure)
-    table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
+    with parsing(path, "cannot be read as csv", DAMAGED):
+        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
     given = [str(name).strip() for name in table.iloc[0]]
     names = [name.lower() if name.lower() in NAMES else name for name in given]
     twice = [name for name in NAMES if names.count(name) > 1]

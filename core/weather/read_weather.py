@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..read.open_input import open_input
 from ..read.parse_json import speaks_of_cityjson
-from ..settings.errors import InputError
+from ..settings.errors import InputError, blame_file
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
 from .check_weather import check_values, check_weather, check_years, describe_checks
@@ -16,7 +16,7 @@ from .read_dwd import read_dwd, read_try
 from .read_era5 import read_era5
 from .read_pvgis import download_pvgis, read_pvgis
 from .read_station_files import read_epw, read_psm, read_tmy3, read_weather_csv
-from .weather import change_record, join_records
+from .weather import DAMAGED, change_record, join_records
 
 CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-aware times, climate, pvgis or clear-sky"
 
@@ -167,11 +167,9 @@ def read_file(path, kind, own, place):
         return readers[kind]()
     except InputError:
         raise
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, EOFError) as error:
-        # A file of a known format that its reader cannot parse is damaged: name it, with the reader's message.
-        words = " ".join(str(error).split())[:200]
-        problem = f"cannot be read as {kind} ({type(error).__name__}: {words})"
-        raise InputError(path, problem, "correct it, or download it again if it is cut") from error
+    except (ValueError, OSError, EOFError) as error:
+        # A file of a known format with bytes, words or numbers of another kind is damaged.
+        raise blame_file(path, f"cannot be read as {kind}", error, DAMAGED) from error
 
 
 def recognise_weather(path):

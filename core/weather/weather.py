@@ -125,6 +125,9 @@ def change_record(record, time_shift=0.0, without="none"):
     return replace(record, data=data, notes=notes)
 
 
+DAMAGED = "correct it, or download it again if it is cut"
+
+
 def read_numbers(path, column):
     """Numbers of one column; empty fields are missing values.
 
