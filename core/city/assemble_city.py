@@ -7,6 +7,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
+from .choose_levels import choose_levels
 from .city import City, ImportReport, free_name, number_names, starts_of
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
@@ -14,7 +15,6 @@ from .polygons import clean_rings, measure_polygons
 from .repair_polygons import repair_polygons
 
 ORIENTS = ("auto", "as-drawn")
-SHAPELESS = "building without "  # begins the reasons why a building was left out
 
 
 def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
@@ -59,7 +59,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         for reason, identifiers in content.skipped.items():
             report.skip(reason, identifiers)
     report_share(0.1)
-    chosen = _choose(contents, lod, report)
+    chosen = choose_levels(contents, lod, report)
     report_share(0.2)
     city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
@@ -72,40 +72,6 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     report_share(1.0)
     city.colours = _join_colours(contents, report)
     return city
-
-
-def rank_lod(lod):
-    """Preference: the highest 2.x, then 3.x, 1.x, and the outer shell of 4; 0 is a footprint and never chosen.
-
-    Returns
-    -------
-    tuple
-        The largest is preferred.
-    """
-    whole, _, part = lod.partition(".")
-    return {"2": 4, "3": 3, "1": 2, "4": 1}.get(whole, 0), int(part or 0)
-
-
-def choose_lod(lods, wanted=None):
-    """LoD to use for one building.
-
-    Parameters
-    ----------
-    lods : collection of str
-        LoDs of the building; "" is geometry of a format without LoDs, and matches every request.
-    wanted : str, optional
-        ``"2"`` takes the highest 2.x, ``"2.2"`` exactly that.
-
-    Returns
-    -------
-    str or None
-        None if the building has no matching LoD.
-    """
-    if wanted is None:
-        candidates = [lod for lod in lods if lod == "" or rank_lod(lod)[0] > 0]
-    else:
-        candidates = [lod for lod in lods if lod in ("", wanted) or lod.split(".")[0] == wanted]
-    return max(candidates, key=rank_lod, default=None)
 
 
 def _join_colours(contents, report):
@@ -149,45 +115,6 @@ def tell_buildings_apart(contents, report):
         content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
         for polygon in content.polygons:
             polygon.building = number[polygon.building]
-
-
-def _choose(contents, wanted, report):
-    """Polygons to keep: list of (content, polygon)."""
-    chosen, kept_lods = [], Counter()
-    for content in contents:
-        lods = [set() for _ in content.buildings]
-        for polygon in content.polygons:
-            lods[polygon.building].update(polygon.lods)
-        choice = [choose_lod(of_building, wanted) for of_building in lods]
-        for of_building, lod, name in zip(lods, choice, content.buildings, strict=True):
-            if lod is None:
-                missing = f"LoD {wanted}" if of_building and wanted else "a 3D shape"
-                report.skip(f"{SHAPELESS}{missing}: casts no shadow, has no results", [name])
-        kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods]
-        for polygon in kept:
-            polygon.lods = (choice[polygon.building],)
-        kept_lods.update(choice[polygon.building] for polygon in kept)
-        chosen += [(content, polygon) for polygon in kept]
-        lost = {(polygon.building, polygon.part) for polygon in content.polygons if polygon.part}
-        for building, part in sorted(lost - {(polygon.building, polygon.part) for polygon in kept}):
-            if choice[building] is not None:
-                name = f"{content.buildings[building]} part {part}"
-                report.skip("building part without the LoD of its building", [name])
-    report.lods_chosen = dict(sorted(kept_lods.items()))
-    if not chosen:
-        _refuse_empty(contents, wanted, report)
-    return chosen
-
-
-def _refuse_empty(contents, wanted, report):
-    path = contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
-    if not report.building_count:
-        trees = sum(len(content.trees) for content in contents)
-        problem = f"contains no buildings, only vegetation ({trees:,})" if trees else "no buildings in it"
-        raise InputError(path, problem, "give the file with the buildings")
-    problem = f"no building has {f'LoD {wanted}' if wanted else 'a usable shape'}"
-    cure = "choose one of these with --lod" if wanted else "give a file with LoD 1 to 3"
-    raise InputError(path, f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})", cure)
 
 
 def _flatten(contents, chosen, crs, report):

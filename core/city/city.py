@@ -167,6 +167,7 @@ class Polygon:
     flipped: bool = False
     implicit: bool = False  # instanced from a prototype in local coordinates
     material: str = ""  # name of its material, if the file gives one
+    installation: bool = False  # of what is attached to its building: a balcony, an antenna
 
 
 @dataclass

@@ -4,7 +4,7 @@ import os
 import sys
 import time
 
-from ..city.assemble_city import SHAPELESS
+from ..city.choose_levels import SHAPELESS
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of, list_some, show_number
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent

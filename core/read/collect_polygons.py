@@ -22,6 +22,7 @@ THEMATIC = {
     "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door", "WindowSurface", "DoorSurface", "BuildingInstallation", "BuildingConstructiveElement",
 }  # fmt: skip
+INSTALLATIONS = ("BuildingInstallation", "BuildingConstructiveElement")
 # Elements that are skipped: not an outer surface, or not geometry at all.
 PASSED_BY = {
     "interiorRoom", "buildingRoom", "interiorBuildingInstallation", "interiorFurniture", "buildingFurniture",
@@ -48,6 +49,7 @@ class Place(NamedTuple):
     source: str = "multisurface"
     flipped: bool = False
     dimension: str | None = None
+    installation: bool = False
 
 
 def collect_polygons(element, content):
@@ -137,7 +139,7 @@ def _step(child, kind, place, content):
     elif kind.startswith("lod"):
         place = place._replace(lod=kind[3:], source="surface" if place.thematic else "multisurface")
     elif kind in THEMATIC:
-        place = place._replace(thematic=kind)
+        place = place._replace(thematic=kind, installation=place.installation or kind in INSTALLATIONS)
     elif kind == "Solid" and place.source == "multisurface":
         place = place._replace(source="solid")
     elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
@@ -174,7 +176,8 @@ def _add_polygon(element, place, content):
         return
     rings, line = outlines + holes, element.sourceline
     where = place.building, place.part, place.thematic, (place.lod,), place.source
-    content.polygons.append(Polygon(identifier, *where, rings, line, place.flipped))
+    drawn = Polygon(identifier, *where, rings, line, place.flipped, installation=place.installation)
+    content.polygons.append(drawn)
 
 
 def read_numbers(elements):
@@ -248,6 +251,7 @@ def resolve_references(content):
                 polygon.thematic, polygon.source = reference.thematic, "surface"
             if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
                 polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
+            polygon.installation &= reference.installation  # the solid of a building may include it
             if reference.lod not in polygon.lods:
                 polygon.lods += (reference.lod,)
     for target, matrix, place, name in content.instances:
@@ -255,6 +259,6 @@ def resolve_references(content):
         if shape is None:
             content.skip("implicit geometry whose prototype is not in the file", name)
             continue
-        own = {"building": place.building, "part": place.part, "lods": (place.lod,)}
+        own = {"building": place.building, "part": place.part, "lods": (place.lod,), "installation": place.installation}
         drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
         content.polygons += place_prototype(drawn, matrix)

@@ -30,6 +30,7 @@ class Owner(NamedTuple):
     part: int
     thematic: str  # default for surfaces without a class of their own
     line: int  # first line of the object's JSON text
+    installation: bool = False
 
 
 @dataclass
@@ -137,7 +138,8 @@ def draw_geometry(geometry, owner, source, shapes):
             content.skip(problem, f"{owner.name}, LoD {lod or 'unknown'}, surface {number + 1}")
             continue
         place = owner.building, owner.part, thematic or owner.thematic, (lod,), source
-        polygons.append(Polygon(name if uses[name] == 1 else "", *place, rings, owner.line))
+        known = name if uses[name] == 1 else ""
+        polygons.append(Polygon(known, *place, rings, owner.line, installation=owner.installation))
     return polygons
 
 
@@ -207,6 +209,7 @@ class Templates:
                 problem = f"its template instances have more than {MOST_PLACED:,} polygons"
                 raise InputError(self._path, problem, "split the file into tiles")
             place = {"building": owner.building, "part": owner.part, "line": owner.line, "surface_id": ""}
+            place["installation"] = owner.installation
             drawn = [replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn]
             placed = place_prototype(drawn, matrix)
             if all(np.abs(ring).max(initial=0) <= LARGEST_COORDINATE for one in placed for ring in one.rings):

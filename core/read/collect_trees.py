@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..city.assemble_city import rank_lod
+from ..city.choose_levels import rank_lod
 from ..city.city import Tree
 from ..settings.errors import InputError
 from .collect_polygons import collect_polygons, read_numbers, resolve_references

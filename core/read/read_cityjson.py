@@ -12,6 +12,7 @@ from pathlib import Path
 from ..city.city import FileContent
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
+from .collect_polygons import INSTALLATIONS
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
 from .open_input import clean_name
@@ -139,9 +140,9 @@ class _Reading:
                 report_share(READ + (DRAWN - READ) * number / len(objects))
             if name in families:
                 top, own = families[name]
-                kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
+                kind = one["type"] if one["type"] in INSTALLATIONS else ""
                 place = building[top], part[own]
-                collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
+                collect_shapes(one, Owner(clean_name(name), *place, kind, line, bool(kind)), shapes)
             elif kinds[name] == "plant":
                 collect_json_tree(one, name, shapes, line)
             elif kinds[name] == "relief":

@@ -3,7 +3,7 @@
 import math
 from pathlib import PurePath
 
-from ..city.assemble_city import SHAPELESS
+from ..city.choose_levels import SHAPELESS
 from ..energy.counted_area import GROUND
 from ..settings.errors import count_of, show_number
 from ..settings.request import SKIES, declared_settings, option_of
