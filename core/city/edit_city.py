@@ -52,7 +52,13 @@ def edit_city(city, change, convergence=0.0):
     points = city.points.copy()
     polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
     for name, rise in change.raised.items():
-        points[above_foot(city, points, np.flatnonzero(buildings[polygon] == name)), 2] += rise
+        rows = np.flatnonzero(buildings[polygon] == name)
+        above = above_foot(city, points, rows)
+        least = _height_above_foot(points, above, np.setdiff1d(rows, above))
+        if rise <= -least:
+            problem = f"{name} has corners {least:g} m above its foot: {rise:g} m would turn it inside out"
+            raise InputError("--raise", problem, f"give more than {-least:g}, or --remove {name}")
+        points[above, 2] += rise
     shifts = {}
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)
@@ -76,6 +82,27 @@ def above_foot(city, points, rows):
     if ground:
         return rows[[tuple(place) not in ground for place in places.tolist()]]
     return rows[places[:, 2] > places[:, 2].min(initial=np.inf) + FOOT]
+
+
+def _height_above_foot(points, above, foot):
+    """How high the lowest of some corners stands above the foot [m]: above the corner of it straight below.
+
+    Where no corner lies straight above one of the foot, the top stands above the lowest foot.
+
+    Parameters
+    ----------
+    points : (m, 3) float64 [m]
+    above, foot : (k,) int
+        Corners of one building.
+    """
+    if not len(above) or not len(foot):
+        return np.inf
+    lowest, highest = points[foot, 2].min(), points[above, 2].max()
+    below = {}
+    for x, y, z in np.round(points[foot], 3).tolist():
+        below[x, y] = max(z, below.get((x, y), -np.inf))
+    heights = [z - below[x, y] for x, y, z in np.round(points[above], 3).tolist() if (x, y) in below]
+    return round(min(heights, default=highest - lowest), 3)
 
 
 def place_local(city, site, crs):

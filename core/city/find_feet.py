@@ -82,7 +82,13 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
         edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
-    step = np.where(low <= lowest[building_of] + HALF_STOREY, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    may_stand_high = low <= lowest[building_of] + HALF_STOREY
+    lines, top = shapely.linestrings(np.stack([start[edge, :2], end[edge, :2]], axis=1)), np.zeros(len(lowest))
+    np.maximum.at(top, building, points[:, 2])
+    lines = lines, np.maximum(start[edge, 2], end[edge, 2]), building[edge]
+    rows = np.flatnonzero(footprint)
+    may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = False
+    step = np.where(may_stand_high, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
     slope = np.where(thin[building[edge]], GENTLE, SLOPE)
@@ -96,6 +102,38 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
     outward = np.where(footprint[polygon, None], aside, normal[:, :2])
     return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
+
+
+def _hang_between_walls(shapes, low, building, lines, top):
+    """Floors that hang between walls of other buildings with nothing below: (f,) bool.
+
+    Walls carry a floor where they run along its outline, from more than FOOTPRINT_STEP below it to above it. It hangs
+    between them where most of it lies between the places where they do: a bridge, not a house at the edge of a terrace.
+
+    Parameters
+    ----------
+    shapes : (f,) shapely polygons
+        The floors in plan.
+    low, building : (f,) float64 [m] and (f,) int
+        Height, and the building of each.
+    lines : tuple of (e,) shapely lines, (e,) float64 [m] and (e,) int
+        Feet of all buildings in plan, their heights, and the building of each.
+    top : (b,) float64 [m]
+        Highest point of each building.
+    """
+    hangs, (feet, height, owner) = np.zeros(len(shapes), bool), lines
+    if not len(shapes) or not len(feet):
+        return hangs
+    around = shapely.bounds(shapes) + INSIDE * np.array([-1, -1, 1, 1])
+    floor, foot = shapely.STRtree(feet).query(shapely.box(*around.T))
+    carries = (owner[foot] != building[floor]) & (height[foot] < low[floor] - FOOTPRINT_STEP)
+    carries &= top[owner[foot]] > low[floor]
+    for row in np.unique(floor[carries]):
+        outline = shapely.buffer(shapely.boundary(shapes[row]), INSIDE)
+        along = shapely.intersection(shapely.union_all(feet[foot[carries & (floor == row)]]), outline)
+        between = shapely.intersection(shapely.convex_hull(along), shapes[row])
+        hangs[row] = shapely.area(between) > shapely.area(shapes[row]) / 2
+    return hangs
 
 
 def _above_another(shapes, low, footprints, middles, own):

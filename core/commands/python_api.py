@@ -60,7 +60,9 @@ class Result:
         """Capacity factors of the groups at each time: xarray.Dataset of timeseries.nc."""
         import xarray
 
-        return xarray.load_dataset(self.folder / "timeseries.nc", engine="h5netcdf")
+        from ..read.open_netcdf import rename_groups
+
+        return rename_groups(xarray.load_dataset(self.folder / "timeseries.nc", engine="h5netcdf"))
 
     @cached_property
     def summary(self):

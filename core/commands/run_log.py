@@ -61,7 +61,8 @@ def report_outcome(log, folder, energy, totals, report=None):
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
     for (kind, orientation), full_load_hours, count, area in groups:
-        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²")
+        name = f"{kind} {orientation}".removesuffix(" none")
+        log.write(f"  {name}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²")
     if not len(energy.groups):
         log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
     for name, one in {"all": totals, **totals["kinds"]}.items():

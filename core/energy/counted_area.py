@@ -14,6 +14,7 @@ from .pv_system import KINDS
 MOST_COVERED = 0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
 SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
 GROUND, COVERED = "ground, or under a building", "covered by a neighbour, or inside a building"  # without modules
+PARTS = "covered, or without room, of surfaces that carry modules on the rest"
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
@@ -92,8 +93,8 @@ def find_lit_share(transfer):
 def sum_left_out(transfer, system):
     """Surfaces that carry no modules, and their area [m²], each under the first reason that holds.
 
-    With the counted area they add up to the area of all surfaces: parts of surfaces that carry modules are with those
-    that are covered, or have no room.
+    With the counted area they add up to the area of all surfaces: what is covered or has no room of surfaces that carry
+    modules on the rest stands apart.
 
     Parameters
     ----------
@@ -126,13 +127,14 @@ def sum_left_out(transfer, system):
     }
     first = np.select(list(reasons.values()), list(reasons), default="")
     carries = counted.eligible | counted.flat_roof
-    parts = {COVERED: np.minimum(covered, 1), no_room: cramped} if leaves else {}
     found = {}
     for reason in reasons:
         own = ~carries & (first == reason)
-        hidden = area[carries] @ parts[reason][carries] if reason in parts else 0.0
-        if own.any() or hidden > 0:
-            found[reason] = {"count": int(own.sum()), "area": float(area[own].sum() + hidden)}
+        if own.any():
+            found[reason] = {"count": int(own.sum()), "area": float(area[own].sum())}
+    hidden = np.where(carries, area - counted.counted_area, 0.0)
+    if (hidden > 0).any():
+        found[PARTS] = {"count": int((hidden > 0).sum()), "area": float(hidden.sum())}
     return found
 
 
@@ -220,6 +222,11 @@ def find_groups(counted, area):
     for column, member in enumerate(members):
         weight[member, column] = np.asarray(area)[member] / total[column]
     return Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
+
+
+def name_group(kind, orientation):
+    """facade_south; flat and rack where there is no orientation."""
+    return kind if orientation == "none" else f"{kind}_{orientation}"
 
 
 def rank_group(pair):

@@ -4,6 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from ..settings.errors import InputError
 
@@ -53,3 +54,10 @@ def open_netcdf(path, **options):
         problem = f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
         raise InputError(path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc")
     return xarray.open_dataset(path, engine=ENGINE, **options)
+
+
+def rename_groups(dataset):
+    """A dataset of version 0.2.0, which wrote flat_none and rack_none, with the names flat and rack."""
+    group = dataset["group"]
+    names = [str(name).removesuffix("_none") for name in group.to_numpy()]
+    return dataset.assign_coords(group=("group", np.array(names, dtype=object), group.attrs))

@@ -14,7 +14,7 @@ import pandas as pd
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.scene import surface_of_triangles
-from ..energy.counted_area import find_counted_area, sum_left_out
+from ..energy.counted_area import find_counted_area, name_group, sum_left_out
 from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
@@ -174,7 +174,7 @@ def describe_years(energy):
     years = sum_years(energy)
     if not years:
         return {}
-    table = pd.DataFrame(years, index=["_".join(names) for names in energy.groups]).T  # (y, g) [h]
+    table = pd.DataFrame(years, index=[name_group(*names) for names in energy.groups]).T  # (y, g) [h]
     spread = table.agg(["mean", "std", "min", "max"])
     spread.index = ["mean", "standard_deviation", "lowest", "highest"]
     groups = {name: own.to_dict() | {"full_load_hours": table[name].tolist()} for name, own in spread.items()}

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.compute_energy import compute_building_power
+from ..energy.counted_area import name_group
 from ..energy.energy import sum_years
 from ..energy.pv_system import build_system
 from ..settings.system_settings import BUILDINGS
@@ -148,7 +149,7 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     """
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
-    names = np.array([*("_".join(group) for group in energy.groups), WHOLE], dtype=object)
+    names = np.array([*(name_group(*group) for group in energy.groups), WHOLE], dtype=object)
     modules = energy.group_area * [system.usable.get(kind, 1.0) for kind, _ in energy.groups]
     share = modules / max(modules.sum(), np.finfo(float).tiny)
     found = {

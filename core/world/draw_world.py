@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..read.open_netcdf import open_netcdf
+from ..read.open_netcdf import open_netcdf, rename_groups
 from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
 from ..results.read_results import MONTHS
 from ..settings.errors import InputError
@@ -172,6 +172,7 @@ def draw_world(path, folder):
     missing = [name for name in SHOWN if name not in dataset]
     if missing:
         raise InputError(path, f"has no {', '.join(missing)}", CURE)
+    dataset = rename_groups(dataset)
     if "latitude" not in dataset.dims:
         return []
     dataset, written = join_at_date_line(dataset), []

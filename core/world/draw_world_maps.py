@@ -59,9 +59,10 @@ def map_of(values, environment):
 
 
 def title_of_group(group):
-    """facade_south -> "South facades"."""
+    """facade_south -> "South facades", rack -> "Racks"."""
     kind, _, orientation = group.partition("_")
-    return f"{orientation.capitalize()} {kind}s"
+    words = f"{orientation} {'flat roof' if kind == 'flat' else kind}s"
+    return words.strip().capitalize()
 
 
 def nearest_place(values, latitude, longitude):

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray
 
+from ..energy.counted_area import name_group
 from ..read.open_netcdf import ENGINE
 from ..results.netcdf_file import netcdf_file
 from ..settings.version import __version__
@@ -82,7 +83,7 @@ def coordinates(world, grid):
         where[name] = (name, along, about | {"axis": axis}) if grid else ("station", getattr(places, name), about)
     if not grid:
         where["station"] = "station", np.array(places.names, dtype=object), {"long_name": "name of the station"}
-    names = np.array(["_".join(pair) for pair in world.groups], dtype=object)
+    names = np.array([name_group(*pair) for pair in world.groups], dtype=object)
     return where | {
         "environment": ("environment", np.array(world.environments, dtype=object), {"long_name": "traced city"}),
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),

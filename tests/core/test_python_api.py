@@ -8,10 +8,13 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_city import house
+from test_open_part import write_blocks
 from weathers import ERA5
 
 import citypv
 from citypv.__main__ import main
+from citypv.core.commands.python_api import Result
+from citypv.core.energy.counted_area import PARTS
 from citypv.core.results.read_results import read_summary
 
 FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days:2", "threads": 1}
@@ -162,3 +165,28 @@ def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, t
     (tmp_path / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
     with pytest.raises(citypv.InputError, match="its city is in another reference system"):
         citypv.simulate(tmp_path / "local.obj", site_of=result.folder, **FEW)
+
+
+def test_groups_without_orientation_have_plain_names(tmp_path):
+    """`flat`, as in the tables; the names of version 0.2.0 are read as these."""
+    result = citypv.simulate(write_blocks(tmp_path / "a.obj", cut=False), latitude=50, longitude=10, **FEW)
+    names = result.timeseries["group"].to_numpy().tolist()
+    assert "flat" in names and not any("none" in name for name in names)
+    old = result.timeseries.assign_coords(group=[{"flat": "flat_none"}.get(name, name) for name in names])
+    old.to_netcdf(tmp_path / "timeseries.nc", engine="h5netcdf")
+    assert Result(tmp_path).timeseries["group"].to_numpy().tolist() == names
+
+
+def test_areas_of_all_tables_agree(result):
+    """Of faces.csv, groups.csv and the summary: what counts, and what does not, by whole surfaces and parts."""
+    faces, totals = result.faces, result.summary["totals"]
+    counted = faces[faces.eligible]
+    annual = result.groups[result.groups["period"] == "annual"]
+    assert totals["eligible_area"] == pytest.approx(counted.open_area.sum(), rel=1e-5)
+    assert annual["area"].sum() == pytest.approx(counted.open_area.sum(), rel=1e-5)
+    left_out = dict(totals["without_modules"])
+    parts = left_out.pop(PARTS, {"count": 0, "area": 0.0})
+    hidden = (counted.area - counted.open_area).clip(lower=0)
+    assert parts["area"] == pytest.approx(hidden.sum(), abs=0.1)
+    assert sum(one["count"] for one in left_out.values()) == (~faces.eligible).sum()
+    assert sum(one["area"] for one in left_out.values()) == pytest.approx(faces[~faces.eligible].area.sum(), rel=1e-5)

@@ -14,7 +14,7 @@ from thorough import draw_count
 import citypv
 from citypv.__main__ import main
 from citypv.core.city.city import Tree
-from citypv.core.city.edit_city import place_local
+from citypv.core.city.edit_city import Change, edit_city, place_local
 from citypv.core.results.rays_file import encode, read_rays
 
 FEW = {"weather": "clear-sky", "samples": 64, "shadow_samples": 16, "suns": "days:2", "threads": 1}
@@ -123,6 +123,17 @@ def test_refused_with_one_line(arguments, words, folder, monkeypatch, refused):
     (folder / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
     assert words in refused("variant", *arguments, "--out", "refused", "--quiet")
     assert not (folder / "refused").exists()
+
+
+@pytest.mark.parametrize("rise", [-6, -6.5, -50])
+def test_no_building_is_turned_inside_out(rise, folder, monkeypatch, refused):
+    """c is 6 m high up to its eaves."""
+    monkeypatch.chdir(folder)
+    said = refused("variant", "base", "--raise", f"c={rise}", "--out", "refused", "--quiet")
+    assert f"--raise: c has corners 6 m above its foot: {rise:g} m would turn it inside out; give more than -6" in said
+    kept = read_rays(folder / "base")
+    low = edit_city(kept.city, Change(raised={"c": -5.5}), 0.0)
+    assert low.points[:, 2].min() == kept.city.points[:, 2].min()
 
 
 def described(folder):
