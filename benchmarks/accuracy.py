@@ -13,10 +13,10 @@ The error is that of the light of a year, direct, reflected and diffuse, as root
 percent of their mean. Time is processor time of tracing, the median of --runs; `--threads 1` keeps it from growing with
 waiting threads. Settings that several curves share are traced once per run. Every run is kept in a file, so that the
 study can be made in parts, and by one process for each city with a file of its own: table and picture show all that is
-kept of a city. `--points 1` tries the cheapest setting of each curve. *Adaptive* are rounds to a target, with surfaces
-left out that are known well enough (accuracy_adaptive.py). Peers: peers/mitsuba.py does the same task with Mitsuba 3 as
-ray engine, peers/radiance.py with Radiance on a sample of the triangles, from which its time is multiplied up. They get
-the same triangles and suns (of Midtown those of days:24), and their trees count as ours does.
+kept of a city. `--points 1` tries the cheapest setting of each curve. *Targets* are rounds to a target
+(accuracy_targets.py). Peers: peers/mitsuba.py does the same task with Mitsuba 3 as ray engine, peers/radiance.py with
+Radiance on a sample of the triangles, from which its time is multiplied up. They get the same triangles and suns (of
+Midtown those of days:24), and their trees count as ours does.
 """
 
 import argparse
@@ -31,14 +31,13 @@ from statistics import median
 
 import accuracy_midtown
 import numpy as np
-from accuracy_adaptive import refine_to
+from accuracy_targets import refine_to
 from tracer import SETTINGS, TOWN
 
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
-from citypv.core.light.rounds import Round
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
@@ -69,14 +68,14 @@ SUNS = {  # of Midtown only: the town's are given
     "hourly": ["hourly"],
 }
 PRESETS = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
-TARGETS = {"town": (2.0, 1.4, 1.0), "midtown": (3.5, 2.0, 1.4)}  # [%] of adaptive rounds, on 95 % of the area
+TARGETS = {"town": (2.0, 1.4, 1.0), "midtown": (3.5, 2.0, 1.4)}  # [%] of rounds to a target, on 95 % of the area
 PHOTONS = (4,)  # from each patch, the fewest; four times as many take four times as long for half of the error
 PEERS = {
     "mitsuba": ((16, 1), (64, 4), (256, 16), (1024, 64), (4096, 256)),  # rays, points
     "mitsuba sky rays": ((16, 16), (64, 16), (1024, 16), (4096, 16)),
     "radiance": ((4, 4), (8, 8), (16, 16)),  # points, ambient rays from each
 }
-CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", *PEERS]
+CURVES = [*LADDERS, *SUNS, "presets", "rounds", "targets", "forward", *PEERS]
 NAMES = {  # in the legend, of curves whose own names do not say it
     "samples": "Rays and points",
     "rounds": "Rounds of 64 rays",
@@ -173,12 +172,12 @@ def run_rounds(city, threads):
     yield "1 × 64 rays, 4 points", spent, city.error(run.transfer)
     for _ in range(ROUNDS - 1):
         before = time.process_time()
-        run = trace_round(run, Round(run.transfer.record.rounds))
+        run = trace_round(run, run.transfer.record.rounds)
         spent += time.process_time() - before
         yield f"{run.transfer.record.rounds} × 64 rays, 4 points", spent, city.error(run.transfer)
 
 
-def run_adaptive(city, threads):
+def run_targets(city, threads):
     """The same of rounds to some targets, the first of 256 rays and 16 points."""
     request = Request(**SETTINGS, threads=threads)
     targets = TARGETS[city.name]
@@ -214,8 +213,8 @@ def points_of(city, curve, threads):
             yield name, *run(city, trace_gather, {"samples": samples, "shadow_samples": points}, threads, way)
     elif curve == "rounds":
         yield from run_rounds(city, threads)
-    elif curve == "adaptive":
-        yield from run_adaptive(city, threads)
+    elif curve == "targets":
+        yield from run_targets(city, threads)
     elif curve == "forward":
         for photons in PHOTONS:
             yield f"forward, {photons} photons", *run(city, trace_forward, {"samples": photons}, threads)

@@ -25,7 +25,7 @@ from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 
 BOUNCES = 8
-EVERYTHING = {"sky-rays": True, "receivers": False, "reflectors": False}  # the others are on where they are called for
+EVERYTHING = {"sky-rays": True, "receivers": False}  # the others are on where they are called for
 BEHIND = {**EVERYTHING, "shadow-rays": True}
 CITIES = "| city | everything on [s] | the plan's choice [s] | share | off by | worst |\n|---|--:|--:|--:|--:|--:|"
 ROWS = "| run | seconds | share | full load hours | off by | worst |\n|---|--:|--:|--:|--:|--:|"

@@ -168,7 +168,7 @@ def rows_of_hits(prepared, rows, others, members=None):
 
 def take_plan(plan, taken, stand_ins, receivers):
     """The plan for some patches; stand-ins for others than generated ground count as receivers, which get no turns."""
-    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers", "optional")}
+    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")}
     rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
     if "receivers" in rows:
         rows["receivers"][stand_ins] = receivers

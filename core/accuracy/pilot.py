@@ -158,7 +158,7 @@ def choose_square(scene, patches, traced, count):
 def count_patches(patches, plan, rays, samples):
     """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two float.
 
-    Some of either turn out to be covered, and ground to be unseen: they send none.
+    Some of either turn out to be covered: they send none.
     """
     sends = patches.receives & ~plan.unobstructed
     full = sends if plan.receivers is None else sends & plan.receivers

@@ -1,4 +1,4 @@
-"""Further rounds of tracing until a target of accuracy is met or the time is up, and which surfaces they are for.
+"""Further rounds of tracing until a target of accuracy is met or the time is up.
 
     round 1 ─► Transfer ─► errors ─► within the target, or no time for another round? ─► done
                   ▲                        │ no
@@ -6,29 +6,17 @@
 
 Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what every round costs beside
 its rays counts little. Each goes on where the one before it stopped in the sequences of random points.
-
-Adaptive sampling: a surface whose error is well within the target gets no more samples. Whether it is, rounds before
-tell. Few samples may tell too small an error, and surfaces would be left out just where they do; so the variance of
-each is drawn towards that of the others, the limit is below the target, and none is left out after few samples.
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import bisect
 
-from ..light.rounds import Round
 from ..settings.progress import CancelledError, describe_duration
-from .yield_errors import CURES, SAMPLED, SOURCES, quantile_by_area
+from .yield_errors import CURES, SAMPLED, SOURCES
 
-LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds
-SAFETY = 0.7  # of the target
-FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replicates
-TYPICAL = 3  # the same, of the median of all surfaces
-BY_OTHERS = 0.3  # of the sampled variance: more is lowered by tracing all surfaces again
-HOPELESS = 0.3  # of the variance that no sample lowers
 CELLS = 16  # shadow points from which patches are resolved into as many elements: the fewest of a run with rounds
 MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
@@ -36,45 +24,7 @@ CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
 CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
-ALL_KNOWN = "more samples of single surfaces would not help"
-ALONE = 0.5  # of the time of a round of all surfaces, as long as it has not been measured
 NO_TIME, NO_ROOM = "no time for another round", "no memory for what the rays of another round meet"
-
-
-def choose_counted(errors, request, target, surfaces, before=None):
-    """Surfaces whose error further samples are to lower.
-
-    Parameters
-    ----------
-    errors : YieldErrors
-        By the rounds so far.
-    request : Request
-    target : float
-        [%] of full load hours, on 95 % of the eligible area.
-    surfaces : Surfaces
-    before : (n,) bool, optional
-        Surfaces that the last round was for; all if not given. None of the others is taken up again, since its samples
-        would not go on.
-
-    Returns
-    -------
-    (n,) bool or None
-        Those to be traced alone; None: all, also where light that others pass on makes much of their error.
-    """
-    if errors.rounds * request.samples < LEAST_RAYS or errors.rounds * request.shadow_samples < LEAST_POINTS:
-        return None
-    relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
-    sampled = sum(relative[name] for name in SAMPLED)
-    fixed = sum(part for name, part in relative.items() if name not in SAMPLED)
-    typical = quantile_by_area(sampled, errors.area, 0.5)
-    smooth = (FREEDOM * sampled + TYPICAL * typical) / (FREEDOM + TYPICAL)
-    allowed = np.maximum((SAFETY * target) ** 2 - fixed, HOPELESS * fixed)
-    counted = np.zeros(len(surfaces), bool) if request.report == "eligible" else ~surfaces.eligible
-    counted[errors.rows] = smooth > allowed
-    counted = counted if before is None else counted & before
-    rows = counted[errors.rows]
-    by_others, of_all = (errors.area[rows] @ part[rows] for part in (relative["passed_on"], sampled))
-    return counted if by_others < BY_OTHERS * of_all or not rows.any() else None
 
 
 @dataclass
@@ -84,7 +34,6 @@ class Goal:
     target: float | None  # [%] of full load hours, on 95 % of the eligible area
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
-    choose: Callable = lambda errors, before: None  # surfaces of the next round, from errors and those of the last
 
 
 def largest_round(request):
@@ -104,7 +53,7 @@ def refine(run, errors, goal, trace_round, tell):
         `errors(transfer)` gives its YieldErrors.
     goal : Goal
     trace_round : callable
-        `trace_round(run, part)` gives the Run with a further round.
+        `trace_round(run, size)` gives the Run with a further round.
     tell : callable
         Called with a line of text after each round.
 
@@ -113,18 +62,13 @@ def refine(run, errors, goal, trace_round, tell):
     Transfer
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
-    found, told, counted = errors(run.transfer), -SECONDS_PER_LINE, None
-    first = sum(run.transfer.record.seconds.values())
-    lasted = {False: first, True: ALONE * first}  # [s] of a round of size 1, of all surfaces and of some alone
+    found, told = errors(run.transfer), -SECONDS_PER_LINE
+    each = sum(run.transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
         stop = decide_stop(found, goal)
         if not stop:
-            counted = goal.choose(found, counted)
-            alone = counted is not None
-            each = lasted[alone]
             size = size_of_round(found, goal, each)
-            stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
-            stop = stop or ("" if run.has_room(size) else NO_ROOM)
+            stop = NO_TIME if not size else "" if run.has_room(size) else NO_ROOM
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
             tell(describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
@@ -132,11 +76,11 @@ def refine(run, errors, goal, trace_round, tell):
         if stop:
             return run.transfer
         try:
-            run = trace_round(run, Round(size, counted))
+            run = trace_round(run, size)
         except CancelledError:
             return run.transfer
         found = errors(run.transfer)
-        lasted[alone] = (time.monotonic() - started) / size
+        each = (time.monotonic() - started) / size
 
 
 def size_of_round(errors, goal, each):

@@ -91,17 +91,17 @@ def trace_photons(scene, suns, request, progress, folder, *, prepared):
     return join_seasons([leaf, bare], prepared.plan.foliage)
 
 
-def trace_round(run, part, progress=silent, folder=None):
+def trace_round(run, size, progress=silent, folder=None):
     """Trace a further round of a run: the same scene and suns, at the next points of its sequences.
 
-    Rounds of forward, and with mirrors, are runs with random numbers of their own, of all surfaces.
+    Rounds of forward, and with mirrors, are runs with random numbers of their own.
 
     Parameters
     ----------
     run : Run
         Of all rounds before; overwritten.
-    part : Round
-        Its size, a power of two of which those before are a multiple, and the surfaces that are sampled.
+    size : int
+        Samples, in units of those of the first round: a power of two of which those before are a multiple.
     progress, folder
         As of `study.trace_scene`.
 
@@ -116,18 +116,18 @@ def trace_round(run, part, progress=silent, folder=None):
     """
     request, record = run.request, run.transfer.record
     if run.city:
-        city = add_round(run.city, part, progress, folder)
+        city = add_round(run.city, size, progress, folder)
         transfer = city.transfer
         transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
         return replace(run, transfer=transfer, city=city)
     seed = seed_of_round(request.seed, record.rounds)
-    samples, points = part.size * request.samples, part.size * request.shadow_samples
+    samples, points = size * request.samples, size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
     prepared = replace(reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns)
     other = trace_run(run.scene, run.weather, request, progress, folder, prepared=prepared).transfer
     if other.record.interrupted:  # by some suns only: not a whole round
         raise CancelledError
-    other = replace(other, record=replace(other.record, rounds=part.size))
+    other = replace(other, record=replace(other.record, rounds=size))
     return replace(run, transfer=merge_rounds(run.transfer, other))
 
 

@@ -88,7 +88,7 @@ class Scene:
     halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
 
 
-OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results; FAR ones pass light on only where a ray meets them
+OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results
 
 
 def check_scene(scene):

@@ -3,13 +3,12 @@
 import time
 
 from ..accuracy.price_list import WRITING
-from ..accuracy.refine import Goal, choose_counted, largest_round, refine, unreachable
+from ..accuracy.refine import Goal, largest_round, refine, unreachable
 from ..accuracy.trace_run import trace_round
 from ..accuracy.yield_errors import split_errors
 from ..settings.progress import TerminalProgress
 from ..study import compute_energy
 
-ADAPTIVE = 8  # times more samples in the same time where only some surfaces get them: at most
 MOMENT = 1.0  # [s] for the rest of writing
 
 
@@ -50,17 +49,5 @@ def refine_run(run, log, progress, folder):
     if target is not None and (words := unreachable(judge(transfer), target)):
         log.write(words)
 
-    aim = target
-    if aim is None:
-        # The error that rounds can reach until the deadline if most surfaces are left out. Low rather than high:
-        # surfaces that are known so well get no more samples.
-        left = max(deadline - time.monotonic(), 0) / max(sum(transfer.record.seconds.values()), 1e-9)
-        aim = judge(transfer).at_share(more=1 + ADAPTIVE * left)
-
-    goal = Goal(
-        target,
-        deadline,
-        largest_round(request),
-        lambda errors, before: choose_counted(errors, request, aim, transfer.surfaces, before),
-    )
-    return refine(run, judge, goal, lambda run, part: trace_round(run, part, progress, folder), log.write)
+    goal = Goal(target, deadline, largest_round(request))
+    return refine(run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write)

@@ -16,7 +16,7 @@ from ..accuracy.sun_sampling import CityYear
 from ..light.prepare_scene import build_tree, prepare_scene
 from ..settings.progress import describe_duration
 from ..settings.request import option_of
-from .refine_run import ADAPTIVE, MOMENT
+from .refine_run import MOMENT
 
 CHOICES = {  # what each free setting may be, cheapest first
     "suns": ("days:4", "days:12", "days:24", "days:52"),
@@ -26,7 +26,6 @@ CHOICES = {  # what each free setting may be, cheapest first
 
 FIRST = 0.9  # of the time left, for the first round at most
 PLANNING = 0.5  # of the time left, for planning at most: a pilot that takes longer is given up
-FINE = 256, 16  # rays and points from which rounds are adaptive
 
 
 @dataclass
@@ -40,9 +39,8 @@ class Offer:
 
     def error_in(self, seconds):
         """Error [%] on 95 % of the eligible area after all rounds that this time allows."""
-        fine = all(np.array([self.settings["samples"], self.settings["shadow_samples"]]) >= FINE)
         left = max(seconds - self.writing - self.seconds, 0.0)
-        return self.errors.at_share(more=1 + (ADAPTIVE if fine else 1) * left / max(self.seconds, 1e-9))
+        return self.errors.at_share(more=1 + left / max(self.seconds, 1e-9))
 
 
 def spend_budget(scene, weather, request, free, log):

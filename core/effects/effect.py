@@ -36,6 +36,7 @@ class TracePlan:
     """What will be traced: what each rule decides for the estimators, and in words; `plan[key]` is an Effect."""
 
     effects: list = field(default_factory=list)  # of Effect, in the order of the table
+    notes: list = field(default_factory=list)  # sentences for the user on settings that mean nothing any more
     ray_scene: Any = None  # FacingScene, if it was made already
     foliage: Any = None  # city.foliage.Foliage; None: no tree is traced
     unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
@@ -45,7 +46,6 @@ class TracePlan:
     hidden_suns: np.ndarray = field(default_factory=NO_SUNS.copy)  # (k, 3) float32, never above the terrain: not traced
     receivers: np.ndarray | None = None  # (p,) bool, patches that get all rays; None: all
     max_bounces: int | None = 0  # number of reflections; None: until what is left is small
-    optional: np.ndarray | None = None  # (p,) bool, patches that count only where a ray meets them; None: all count
     far_ground: bool = False  # whether rays that leave downwards meet lit ground
     reach: float = np.inf  # how far away it begins, in building heights
     sky: str = "isotropic"  # model of the sky
@@ -120,7 +120,6 @@ class Measured:
     last_bounce: float  # share of the last reflection
     far_ground: float  # share of the far ground, reflected once
     passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
-    unseen: float = 0.0  # share of hits on patches that were left out
     beyond: float | None = None  # share of light that would be reflected more often; None: as the last one tells
 
 
@@ -142,7 +141,6 @@ def judge_effects(plan, measured):
     hidden = (1 - np.cos(np.arctan2(1.0, plan.reach))) / 2  # of the sky, from where the far ground begins
     left_out = {
         "receivers": measured.passed_on,
-        "reflectors": measured.unseen,
         "far-ground": float(measured.far_ground * hidden),
     }
     if measured.beyond is not None:

@@ -16,8 +16,8 @@ from ..settings.errors import show_number
 from ..settings.progress import describe_duration, silent
 from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Effect, Inputs
-from .rays import decide_rays, decide_receivers, decide_reflections, decide_reflectors
-from .table import PLANNING, TABLE, check_effects
+from .rays import decide_rays, decide_receivers, decide_reflections
+from .table import PLANNING, RETIRED, TABLE, check_effects
 
 OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
     "aoi": ("as at normal incidence", "", "light that falls in at an angle is lost to reflection"),
@@ -75,7 +75,6 @@ RULES = {
     "terrain-horizon": decide_terrain,
     "receivers": decide_receivers,
     "reflections": decide_reflections,
-    "reflectors": decide_reflectors,
     "far-ground": decide_far_ground,
     "perez": decide_perez,
     "specular": decide_specular,
@@ -110,6 +109,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     """
     check_effects(request)
     inputs = Inputs(scene, patches, materials, request, weather, suns)
+    retired = [key for key in request.effects if key in RETIRED]
+    inputs.plan.notes = [f"--effects {key} is no more, and changes nothing: {RETIRED[key]}" for key in retired]
     for done, key in enumerate(TABLE):
         progress(PLANNING, done, len(TABLE), "effects")
         inputs.plan.effects.append(RULES[key](inputs))
@@ -117,7 +118,7 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
 
 
 def describe_plan(plan):
-    """The plan in lines of text."""
+    """The plan and its notes in lines of text."""
     lines = []
     for effect in plan.effects:
         words = [describe_bound(effect.bound, effect.on)]
@@ -129,7 +130,7 @@ def describe_plan(plan):
             words.append(f"{verb} {describe_duration(abs(effect.seconds))}")
         state = "on " if effect.on else "off"
         lines.append(f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})")
-    return lines
+    return lines + plan.notes
 
 
 def describe_bound(bound, on):

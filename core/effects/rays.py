@@ -1,14 +1,13 @@
-"""Which patches send how many rays, `sky-rays`, `shadow-rays`, `receivers` and `reflectors`, and `reflections`.
+"""Which patches send how many rays, `sky-rays`, `shadow-rays` and `receivers`, and `reflections`.
 
 Patches with nothing in front of their plane send no hemisphere rays, since what they see has a closed form
 (`closed_form`); they see every sun in front of it. Suns behind the plane are never seen. Surfaces whose numbers are
-wanted get all rays, the others as many as the reflections need of them. Generated ground that no ray from the city
-meets stays out of the matrix of form factors.
+wanted get all rays, the others as many as the reflections need of them.
 """
 
 import numpy as np
 
-from ..city.scene import FAR, OWN
+from ..city.scene import OWN
 from ..settings.errors import count_of
 from .closed_form import find_unobstructed
 from .effect import Effect
@@ -43,7 +42,7 @@ def decide_rays(inputs, key):
     return Effect(key, some > 0 or bool(asked), f"rays from {some:,} of {count:,} patches{to}", reason, 0.0)
 
 
-RECEIVERS, REFLECTORS, REFLECTIONS = "receivers", "reflectors", "reflections"
+RECEIVERS, REFLECTIONS = "receivers", "reflections"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
@@ -70,27 +69,6 @@ def decide_receivers(inputs):
     reason = "they are ground, downward or not eligible, and only pass light on"
     # Nothing is passed on to receivers that nothing stands in front of.
     return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
-
-
-def decide_reflectors(inputs):
-    """Ground that no ray from a surface of the city meets needs no rays of its own."""
-    if inputs.request.estimator == "forward":
-        return Effect(REFLECTORS, False, "all surfaces", "photons fall wherever they fall", 0.0)
-    if not inputs.plan.reflections:
-        return Effect(REFLECTORS, False, "none", "nothing is reflected", 0.0)
-    if not inputs.asked(REFLECTORS, inputs.request.report == "eligible"):
-        return Effect(REFLECTORS, False, "all patches", "switched off", 0.0)
-    only, halo = inputs.scene.triangle_surface < 0, inputs.scene.halo
-    only = only if halo is None else only | (halo == FAR)  # of a tile also what lies far from it
-    ground = int((only & inputs.patches.receives).sum())
-    if not ground:
-        return Effect(REFLECTORS, False, "all patches", "the ground is not generated", 0.0)
-    inputs.plan.optional = only
-    rays = inputs.request.samples * int((~only & inputs.patches.receives).sum())
-    # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
-    bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
-    words = f"of {ground:,} patches of generated ground only those that a ray from the city meets"
-    return Effect(REFLECTORS, True, words, "ground that no surface sees reflects no light onto any", bound)
 
 
 def fewer_rays(samples):

@@ -22,7 +22,6 @@ TABLE = {
     "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
     "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", forward=False),
     "reflections": Row("Reflections", "How often light is followed from surface to surface"),
-    "reflectors": Row("Reflectors", "Ground that no surface sees is left out of reflections", forward=False),
     "far-ground": Row("Far ground", "Light from the open ground beyond the city, up to the horizon"),
     "perez": Row("Perez sky", "A sky that is brighter around the sun and at the horizon, instead of an even one"),
     "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
@@ -30,11 +29,14 @@ TABLE = {
     "spectrum": Row("Spectrum", "The influence of the spectrum on the current of the modules"),
     "temperature": Row("Temperature", "Modules lose power as they get warm"),
 }
+RETIRED = {"reflectors": "all ground reflects"}  # key of version 0.2 -> what holds whatever it is set to
 RAYS = ("sky-rays", "shadow-rays")  # photons need none of them, so that forward cannot leave them out
 
 
 def check_effects(request):
     """Refuse effects that do not exist, that the estimator cannot have or leave out, or that lack what they need.
+
+    Retired ones are passed over: `plan_effects` notes them.
 
     Raises
     ------
@@ -42,6 +44,8 @@ def check_effects(request):
         Names the key, and the keys that exist.
     """
     for key, on in request.effects.items():
+        if key in RETIRED:
+            continue
         if key not in TABLE:
             raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(TABLE)}")
         possible = TABLE[key].forward if on else key not in RAYS

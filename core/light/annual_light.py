@@ -44,7 +44,7 @@ class Annual:
     unshaded: np.ndarray  # (p,) float64, light where nothing shades
     lit_ground: float  # radiosity of the far ground
     sent: np.ndarray  # (p,) bool, patches that sent shadow rays
-    rows: np.ndarray | None = None  # (k,) int, patches whose points went on in every round, ascending; None: all
+    rows: np.ndarray | None = None  # (k,) int, patches whose points go on in one net, ascending; None: all
     nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
 
 
@@ -120,10 +120,7 @@ def add_points(one, new, share, *, keys, before, whole, covered):
         Covered share.
     """
     rows = np.flatnonzero(whole & new.sent)
-    rows = rows if one.rows is None else np.intersect1d(rows, one.rows)
-    kept = rows if one.rows is None else np.searchsorted(one.rows, rows)
-    nets = [Net(net.before, net.light[kept]) for net in one.nets or [Net(0, one.by_point)]]
-    nets = join_nets(keys[rows], [*nets, Net(before, new.by_point[rows])])
+    nets = join_nets(keys[rows], [*(one.nets or [Net(0, one.by_point[rows])]), Net(before, new.by_point[rows])])
     variance = blend_variance(one.variance, new.variance, share)
     variance[rows] = variance_of_points([net.light for net in nets], covered[rows], one.unshaded[rows])
     spread = np.sqrt(blend_variance(one.spread**2, new.spread**2, share[:, None])).astype(np.float32)

@@ -14,7 +14,7 @@ from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState
 
-PINNED = ("receivers", "reflectors", "perez", "far-ground")  # effects that are decided as in the base
+PINNED = ("receivers", "perez", "far-ground")  # effects that are decided as in the base
 KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
 
 

@@ -81,12 +81,12 @@ def merge_rounds(total, other):
 
 
 def merge_light(total, other, weight):
-    """Light of two Transfers, with the weight of the second for all surfaces or for each: dict of fields.
+    """Light of two Transfers, with the weight of the second: dict of fields.
 
     The matrices of surfaces × suns of the first are overwritten, in blocks of rows.
     """
     for name in MATRICES:
-        add_columns(getattr(total, name), getattr(other, name), np.full(len(total.surfaces), weight))
+        add_columns(getattr(total, name), getattr(other, name), weight)
     sources = {}
     for name, one in total.sources.items():
         two = other.sources[name]
@@ -97,10 +97,10 @@ def merge_light(total, other, weight):
 
 
 def add_columns(matrix, values, weight):
-    """Overwrite a matrix of surfaces × suns with its mean with another, whose weights are (n,), in blocks of rows."""
+    """Overwrite a matrix of surfaces × suns with its mean with another, of some weight, in blocks of rows."""
     for first in range(0, len(matrix), ROWS):
         rows = slice(first, first + ROWS)
-        matrix[rows] += weight[rows, None].astype(np.float32) * (values[rows] - matrix[rows])
+        matrix[rows] += np.float32(weight) * (values[rows] - matrix[rows])
 
 
 def blend(one, other, weight):

@@ -1,16 +1,16 @@
-"""Further rounds of a run: more rays and points of all patches, or of those of some surfaces.
+"""Further rounds of a run: more rays and points of all patches.
 
     first round    ─► Traced ─► light of the sky and of the suns' sum, with errors
                         ▲
     further rounds ─────┘  rays and points are appended, and both are solved anew
 
 Every patch goes on in its own sequence of points (`rays.sample_points.sobol_points`), so k rounds are as even as
-one of k times the samples. Single suns are not solved again: what surfaces receive of each by reflections is scaled to
-the new sum over all suns.
+one of k times the samples; and a round of size k is k of them, solved once. Of single suns only the first reflection is
+found again, by the new rays and points, and averaged; further ones stay those of the first round. What surfaces receive
+of each sun is then scaled to the new sum over all suns, which is known better.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..settings.progress import Clock
 from ..sun.horizon import without_hidden
 from ..sun.sky_models import RAYS_SHARE
 from .annual_light import add_points, solve_annual
+from .form_factors import leave_rows
 from .kept_matrix import keep_matrix, row_blocks
 from .merge_transfers import add_columns, merge_records
 from .shadow_points import points_above
@@ -29,23 +30,15 @@ from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies
 from .trace_hemisphere import trace_rows
 
 
-class Round(NamedTuple):
-    """Which part of a run is traced."""
-
-    size: int = 1  # samples, in units of those of the first round; those before are a multiple of it
-    counted: np.ndarray | None = None  # (n,) bool, surfaces whose patches are sampled; None: all
-
-
-def add_round(city, part, progress, folder=None):
+def add_round(city, size, progress, folder=None):
     """Trace a further round of a run.
-
-    Surfaces that are left out of a round can be in no later one, since their samples would not go on.
 
     Parameters
     ----------
     city : TracedCity
         By all rounds so far. What its rays met and its matrices of surfaces × suns are overwritten.
-    part : Round
+    size : int
+        Samples, in units of those of the first round; those before are a multiple of it.
     progress : callable
         See `core.progress`.
     folder : path-like, optional
@@ -61,80 +54,116 @@ def add_round(city, part, progress, folder=None):
         The matrices are as they were, but `city` can take no further round.
     """
     clock, traced, before = Clock(), [one.traced for one in city.states], city.states[0].transfer.record.rounds
-    context, more = continue_points(city, part, before, progress)
+    context = replace(city.context, progress=progress, covered=traced[0].covered)
     counted, seconds = dict(traced[0].ray_count), context.ray_scene.thread_seconds
-    append_rays(more, traced, part.size, before)
+    append_rays(context, traced, size, before)
     for one in traced:
         fill_closed_forms(context, one)
         if context.plan.reflections:
             one.factor = element_factors(context, one)
     clock.lap(STAGE)
     lights = [solve_skies(context, one, None, clock) for one in traced]
-    task = prepare_suns(more, traced, without_hidden(city.task.suns, context.plan.terrain))
-    task.reflects, task.whole = False, True
-    direct = solve_suns(more, traced, task, [None] * len(traced), folder=folder)
+    direct = trace_suns(context, city, size, before, folder)
     for state, light, found in zip(city.states, lights, direct, strict=True):
-        found.annual = add_points(
-            state.direct.annual,
-            found.annual,
-            np.where(more.patches.receives, part.size / (before + part.size), 0),
-            keys=context.patches.key,
-            before=before * context.points,
-            whole=more.full,
-            covered=state.traced.covered_share,
-        )
         light[SUNS] = solve_annual(context, state.traced, found.annual)
+        if context.bounces:
+            add_first_reflections(state.direct, found.once, size / (before + size))
         found.reflected = scale_reflected(context, state, found.annual, light[SUNS], folder)
     clock.lap("suns")
     rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
     work, states = tell_work(context, (rays, direct[0].ray_count), clock, seconds), []
     for state, light, found in zip(city.states, lights, direct, strict=True):
-        states.append(with_round(context, state, (light, found), part, work))
+        states.append(with_round(context, state, (light, found), size, work))
         work |= {"seconds": {}, "processor_seconds": {}}
     return replace(city, states=states)
 
 
-def continue_points(city, part, before, progress):
-    """GatherContext of a TracedCity, and the same where the patches of a Round go on in their sequences of points.
-
-    `before` is the number of rounds so far.
-    """
-    context = replace(city.context, progress=progress)
-    request, patches, count = context.request, context.patches, len(context.patches)
-    taken = np.ones(len(context.surfaces), bool) if part.counted is None else part.counted
-    taken = np.append(taken, part.counted is None)[context.owner]  # the last one is for the ground
-    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
+def continue_points(context, before):
+    """A GatherContext whose patches go on in their sequences of points, after so many rounds of size 1."""
+    patches, count = context.patches, len(context.patches)
+    rays = max(-(-context.request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     patches = replace(
         patches,
-        receives=patches.receives & taken,
         rays_before=np.full(count, before * points_above(rays), np.uint32),
         points_before=np.full(count, before * context.points, np.uint32),
     )
-    request = replace(request, shadow_samples=part.size * context.points)
-    return context, replace(context, patches=patches, request=request, covered=city.states[0].traced.covered)
+    return replace(context, patches=patches)
 
 
 def append_rays(context, traced, size, before):
     """Append what further rays of patches that receive light meet, `size` rounds after `before`, to each Traced."""
-    asked = traced[0].samples
+    asked = traced[0].samples // before
     sends = context.patches.receives & (asked > 0)
-    most, done = size * int(asked[sends].sum()) // before, 0
-    for one in traced:
-        if one.form_factors is not None:
-            one.form_factors.rounds.append([])
-    for samples in np.unique(asked[sends]):
-        rows, count = np.flatnonzero(sends & (asked == samples)), int(samples) // before * size
-        for parts in trace_rows(context, rows, count):
-            for one, part in zip(traced, parts, strict=True):
-                one.append(part, count)
-            done += count * (len(parts[0].rows) + len(parts[0].dark))
-            context.progress(STAGE, done, most, "rays")
+    most, done = size * int(asked[sends].sum()), 0
+    for after in range(before, before + size):
+        more = continue_points(context, after)
+        for one in traced:
+            if one.form_factors is not None:
+                one.form_factors.rounds.append([])
+        for samples in np.unique(asked[sends]).tolist():
+            for parts in trace_rows(more, np.flatnonzero(sends & (asked == samples)), samples):
+                for one, part in zip(traced, parts, strict=True):
+                    one.append(part, samples)
+                done += samples * (len(parts[0].rows) + len(parts[0].dark))
+                context.progress(STAGE, done, most, "rays")
+
+
+def trace_suns(context, city, size, before, folder):
+    """Light of the suns by further points, `size` times those of the first round: list of SunLight.
+
+    Visible share and first reflection are by these points alone, the annual light by all. Each sun is seen from other
+    points of an element each time, and so its first reflection is by all of them too.
+    """
+    traced, suns, total = [one.traced for one in city.states], without_hidden(city.task.suns, context.plan.terrain), []
+    annual = [one.direct.annual for one in city.states]
+    for done in range(size):
+        more = continue_points(context, before + done)
+        task = prepare_suns(more, traced, suns)
+        task.reflects, task.whole = False, True
+        alone = [with_rays_of(more, one, done - size) for one in traced]
+        direct = solve_suns(more, alone, task, [None] * len(traced), folder=folder)
+        total = total or direct
+        for state, (found, new) in enumerate(zip(total, direct, strict=True)):
+            annual[state] = add_points(
+                annual[state],
+                new.annual,
+                np.where(context.patches.receives, 1 / (before + done + 1), 0),
+                keys=context.patches.key,
+                before=(before + done) * context.points,
+                whole=context.full,
+                covered=traced[state].covered_share,
+            )
+            if new is not found:
+                for name in ("visible_share", "once"):
+                    add_columns(getattr(found, name), getattr(new, name), 1 / (done + 1))
+                found.ray_count += new.ray_count
+    return [replace(found, annual=own) for found, own in zip(total, annual, strict=True)]
+
+
+def with_rays_of(context, traced, index):
+    """A Traced whose matrix of form factors has only the rays of one round, from patches of surfaces."""
+    if traced.form_factors is None:
+        return traced
+    reported = np.diff(context.patch_to_surface.tocsc().indptr) > 0
+    rays, alone = np.zeros_like(traced.form_factors.rays), []
+    for rows in traced.form_factors.rounds[index]:
+        rays[rows.chosen] = rows.rays
+        alone.append(leave_rows(rows, reported[rows.chosen]))
+    return replace(traced, form_factors=replace(traced.form_factors, rounds=[alone], rays=rays, links=None))
+
+
+def add_first_reflections(direct, once, share):
+    """Average the first reflection of each sun, in a SunLight, with that of a round, `once`, a share of all."""
+    for rows, values in row_blocks(once):
+        change = np.float32(share) * (values - direct.once[rows])
+        direct.once[rows] += change
+        direct.reflected[rows] += change
 
 
 def scale_reflected(context, state, annual, light, folder):
     """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
     all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
-    matrix = state.transfer.direct_reflected
+    matrix = state.direct.reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
     reflected = context.patch_to_surface @ (reflected - annual.lit_ground * state.traced.far_ground.mean(axis=1))
     known = matrix @ state.transfer.suns.weight.astype(np.float32)
@@ -145,16 +174,15 @@ def scale_reflected(context, state, annual, light, folder):
     return scaled
 
 
-def with_round(context, state, more, part, work):
-    """TracedState with a Round, whose rays and seconds are `work`, fields of TraceRecord.
+def with_round(context, state, more, size, work):
+    """TracedState with a round of this size, whose rays and seconds are `work`, fields of TraceRecord.
 
     `more` are the lights of all rounds, as of TracedState, and the suns' SunLight: its visible share is by the new
     points, all else of it by all. Visible shares of the state are overwritten.
     """
     total, (lights, suns) = state.transfer, more
-    record, weight = replace(total.record, rounds=part.size, **work), part.size / (total.record.rounds + part.size)
-    everywhere = np.full(len(total.surfaces), weight)
-    add_columns(total.visible_share, suns.visible_share, everywhere if part.counted is None else weight * part.counted)
+    record, weight = replace(total.record, rounds=size, **work), size / (total.record.rounds + size)
+    add_columns(total.visible_share, suns.visible_share, weight)
     record = replace(
         merge_records(total.record, record, weight),
         **shares_of_record(lights),

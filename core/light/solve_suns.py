@@ -26,6 +26,7 @@ class SunLight:
     visible_share: np.ndarray  # (n, s) float32
     reflected: np.ndarray | None  # (n, s) float32, without the first reflection off the far ground; None: not wanted
     kept: int  # number of suns; fewer than all after an interruption
+    once: np.ndarray | None = None  # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
     annual: Annual | None = None  # direct light of patches, of all suns
     specular: np.ndarray | float = 0.0  # (r, n) float64, annual light by way of mirrors, glossy faces and glass
     ray_count: int = 0
@@ -43,7 +44,7 @@ class SunTask:
     bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
     known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
     annual: list | None = None  # of Annual, in each state of trees, once all suns were looked at
-    reflects: bool = True  # whether what patches reflect of each sun is wanted
+    reflects: bool = True  # whether what patches reflect of each sun is wanted, and not the first reflection alone
     whole: bool = False  # whether none are wanted after an interruption, as of an edit or a further round
 
 
@@ -176,7 +177,12 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     shape = context.patch_to_surface.shape[0], len(suns)
     found = [
-        SunLight(keep_matrix(shape, folder), keep_matrix(shape, folder) if task.reflects else None, len(suns))
+        SunLight(
+            keep_matrix(shape, folder),
+            keep_matrix(shape, folder) if task.reflects else None,
+            len(suns),
+            keep_matrix(shape, folder) if context.rounds else None,
+        )
         for _ in traced
     ]
     progress.bounces = len(traced) * context.bounces * task.reflects
@@ -226,10 +232,13 @@ def solve_block(context, traced, shadows, task, block, *, specular, found):
         Weighted sum over these suns of light by way of mirrors, glossy faces and glass.
     """
     part, to_surface, weighted = block_of_suns(task.suns, block), context.patch_to_surface, 0.0
+    if context.bounces and (task.reflects or found.once is not None):
+        once = first_reflections(context, traced, shadows, part.directions)
+        if found.once is not None:
+            found.once[:, block] = to_surface @ once
     if context.bounces and task.reflects:
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height)
-        once = first_reflections(context, traced, shadows, part.directions)
         once += far_first
         reflected = sum_reflections(reflection_of(context, traced), once, context.bounces, task.progress.report_bounce)
         # The first reflection off the far ground is known exactly for every hour.

@@ -220,11 +220,14 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
     patches, known = watch.patches, watch.points
     position, is_open = shadow_points(patches, chosen, watch.point_count), known.open_points[chosen]
     parts = split_net(watch.point_count, turns)
+    # The same sun is looked at from another part in each further round: from one and the same it would never be seen
+    # from all of the patch, since points of a sequence that are as many apart lie together.
     begun = mix(patches.key[chosen] ^ np.uint64(0x7142)) % np.uint64(turns)
+    begun = begun.astype(int) + patches.points_before[chosen] // watch.point_count
     ray_count = 0
     for turn in range(turns):
         first = (turn - before) % turns
-        taken = parts[(turn + begun.astype(int)) % turns]
+        taken = parts[(turn + begun) % turns]
         places, opened = position, is_open
         if turns > 1:
             places = np.take_along_axis(position, taken[:, :, None], axis=1)

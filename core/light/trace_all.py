@@ -1,8 +1,6 @@
-"""What the rays of all patches of a city meet, with all rays only where numbers are wanted.
+"""What the rays of all patches of a city meet: all rays of receivers, a quarter of them of all other patches.
 
-1. receivers               all rays
-2. other surfaces          a quarter of them
-3. generated ground        a quarter of them, from those patches that a ray of 1 or 2 meets
+Each patch sends rays, also where no other ray meets it in this round: later rounds meet it, and take its light.
 """
 
 from collections.abc import Callable
@@ -125,9 +123,8 @@ def trace_all(context, known=None):
     )
     sends = patches.receives & ~context.known
     found = [empty_traced(context) for _ in range(context.ray_scene.states)]
-    ground = plan.optional if plan.optional is not None else np.zeros(len(patches), bool)
-    full = sends & context.full & ~ground
-    # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
+    full = sends & context.full
+    # Patches that turn out to be covered are counted as if they were traced.
     most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0
 
     def trace(chosen, count):
@@ -150,15 +147,7 @@ def trace_all(context, known=None):
     if plan.receivers is not None and plan.reflections:
         filled = [measure_filled(one.form_factors, patches.area) for one in found]
         found[0].filled = np.maximum.reduce(filled)
-    trace(sends & ~full & ~ground, fewer)
-    if plan.optional is not None:
-        seen = sends & ground & (sum(hits_of_patches(one.form_factors) for one in found) > 0)
-        trace(seen, every if plan.receivers is None else fewer)
-        unseen = sends & ground & ~seen
-        for one in found:
-            hits = hits_of_patches(one.form_factors)
-            one.unseen_share = hits[unseen].sum() / max(hits.sum(), 1)
-            one.covered[unseen] = True  # nothing is asked of them: no shadow rays either
+    trace(sends & ~full, fewer)
     if done < most:
         context.progress(STAGE, most, most, "rays")
     for one in found:

@@ -327,7 +327,6 @@ def measure_outcome(context, traced, lights, left):
         last_bounce=max(sky.last, lights[SUNS].last),
         far_ground=float(far / light[-1]) if light[-1] > 0 else 0.0,
         passed_on=float(np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)),
-        unseen=traced.unseen_share,
         beyond=left,
     )
 

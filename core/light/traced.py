@@ -92,7 +92,6 @@ class Traced:
     form_factors: FormFactors | None
     ray_count: dict = field(default_factory=dict)
     filled: np.ndarray | None = None  # (p,) float32, share of a patch's hemisphere that receivers fill; None: unknown
-    unseen_share: float = 0.0  # of all hits, on patches that were left out
     factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
     samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 

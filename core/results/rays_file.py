@@ -39,6 +39,7 @@ TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, Fir
 TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
+GONE = ("unseen_share",)  # fields that files of version 0.2 have
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
 PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
@@ -191,7 +192,8 @@ def decode(value, arrays):
     if "type" in value:
         if value["type"] not in TYPES:
             raise ValueError(f"{value['type']} is unknown")
-        return build_from(TYPES[value["type"]], {name: decode(one, arrays) for name, one in value["fields"].items()})
+        given = {name: decode(one, arrays) for name, one in value["fields"].items() if name not in GONE}
+        return build_from(TYPES[value["type"]], given)
     if "dict" in value:
         return {decode(key, arrays): decode(one, arrays) for key, one in value["dict"]}
     kind = list if "list" in value else tuple

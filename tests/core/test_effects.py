@@ -13,12 +13,14 @@ from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
 from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
+from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
@@ -197,3 +199,17 @@ def test_by_albedo_alone_where_no_solver_tells():
     """Photons are followed until ρⁿ⁺¹/(1 - ρ), the most that any scene reflects beyond, is below 0.2 %."""
     assert [count_surely(albedo) for albedo in (0.1, 0.25, 0.6)] == [2, 4, 13]
     assert count_surely(1.0) == MOST_BOUNCES
+
+
+def test_a_retired_key_is_taken_with_one_note():
+    """Its light is that of the plan; of a key that never was nothing is traced."""
+    scene, notes = three_houses(), []
+    lights = []
+    for effects in ({}, {"reflectors": False}, {"reflectors": True}):
+        prepared = prepare_scene(scene, Request(samples=64, threads=1, effects=effects))
+        notes.append([line for line in describe_plan(prepared.plan) if "reflectors" in line])
+        lights.append(run_gather(scene, SUNS, samples=64, threads=1, effects=effects).diffuse_relative)
+    assert [len(lines) for lines in notes] == [0, 1, 1]
+    assert np.array_equal(lights[0], lights[1]) and np.array_equal(lights[0], lights[2])
+    with pytest.raises(InputError, match="no effect is called 'reflector'"):
+        prepare_scene(scene, Request(effects={"reflector": False}))

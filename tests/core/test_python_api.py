@@ -23,8 +23,8 @@ SETTINGS = {
     "few rays": ([], {}),
     "a preset, as the paper": (["--preset", "draft", "--method", "paper"], {"preset": "draft", "method": "paper"}),
     "effects, shares and losses": (
-        ["--effects", "reflectors=off", "perez=on", "--usable", "facade=0.6,roof=0.8", "--losses", "5"],
-        {"effects": {"reflectors": False, "perez": True}, "usable": {"facade": 0.6, "roof": 0.8}, "losses": 5},
+        ["--effects", "receivers=off", "perez=on", "--usable", "facade=0.6,roof=0.8", "--losses", "5"],
+        {"effects": {"receivers": False, "perez": True}, "usable": {"facade": 0.6, "roof": 0.8}, "losses": 5},
     ),
     "a weather file and an inverter": (
         ["--weather", str(ERA5), "--inverter", "pvwatts"],

@@ -7,12 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_tracing import three_houses
 
 from citypv.__main__ import main
 from citypv.core.accuracy.refine import (
     Goal,
-    choose_counted,
     decide_stop,
     largest_round,
     rounds_needed,
@@ -92,24 +90,6 @@ def test_rounds_double_but_no_more_than_is_needed_and_fits():
     assert size_of_round(made_errors(16, shadows=1.0), Goal(0.97, None, largest=64), 1.0) == 1
     counts = ((64, 4), (256, 16), (100, 4), (4096, 4))
     assert [largest_round(Request(samples=rays, shadow_samples=points)) for rays, points in counts] == [16, 4, 8, 1]
-
-
-def test_surfaces_that_are_known_get_no_more_samples():
-    """Not after few samples, and never again; the others are those whose error is above a share of the target."""
-    surfaces = three_houses().surfaces
-    count = len(surfaces)
-    some = np.arange(count)[np.asarray(surfaces.eligible)][:4]
-    request = Request(samples=64, shadow_samples=4)
-    errors = replace(made_errors(1, shadows=1.0), rows=some)
-    errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
-    assert choose_counted(errors, request, 1.0, surfaces) is None
-    errors.rounds = 4
-    counted = choose_counted(errors, request, 1.0, surfaces)
-    assert np.flatnonzero(counted).tolist() == some[2:].tolist()
-    errors.variance["shadows"] = np.array([4.0, 0.1, 0.1, 4.0])
-    assert np.flatnonzero(choose_counted(errors, request, 1.0, surfaces, counted)).tolist() == [some[3]]
-    errors.variance["passed_on"] = np.full(4, 9.0)
-    assert choose_counted(errors, request, 1.0, surfaces) is None  # most of it is what others pass on
 
 
 def summary_of(folder):

@@ -11,7 +11,7 @@ from test_tracing import box, join, strip, three_houses
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
+from citypv.core.accuracy.refine import Goal, largest_round, refine
 from citypv.core.accuracy.sun_sampling import CityYear, measure_ways
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
@@ -110,31 +110,22 @@ def test_random_settings_and_suns_on_four_scenes_hold():
 
 
 def refined(scene, request):
-    """Transfer after rounds up to a target, most of them for single surfaces alone; and how many these were."""
+    """Transfer after rounds up to a target."""
     start = replace(build_tree(prepare_scene(scene, request, suns=choose("days:6")), request), rounds=True)
-    first, alone = trace_run(scene, year(), request, prepared=start), []
+    first = trace_run(scene, year(), request, prepared=start)
     energy = compute_energy(first.transfer, year(), threads=1)
 
-    def trace(run, part):
-        alone.append(len(scene.surfaces) if part.counted is None else part.counted.sum())
-        return trace_round(run, part)
-
-    def choose_part(errors, before):
-        return choose_counted(errors, request, TARGET, scene.surfaces, before)
-
-    goal = Goal(TARGET, None, largest_round(request), choose_part)
-    found = refine(first, lambda one: split_errors(one, year(), energy), goal, trace, lambda line: None)
-    return found, alone
+    goal = Goal(TARGET, None, largest_round(request))
+    return refine(first, lambda one: split_errors(one, year(), energy), goal, trace_round, lambda line: None)
 
 
 @pytest.mark.slow
-def test_errors_hold_where_only_some_surfaces_were_sampled():
-    """Which surfaces get more samples is chosen by the rounds before; errors must not be too small for that."""
+def test_errors_hold_where_a_target_was_met():
+    """The errors themselves tell when to stop; they must not be too small for that."""
     scene, found = in_patches(three_houses()), []
     known = compute_energy(trace_gather(scene, choose("days:6"), LONG, silent), year(), threads=1)
     for seed in range(6):
-        transfer, alone = refined(scene, replace(LONG, samples=64, shadow_samples=4, seed=seed))
-        assert 0 < min(alone) < known.eligible.sum()
+        transfer = refined(scene, replace(LONG, samples=64, shadow_samples=4, seed=seed))
         found.append(count_within(transfer, known))
     inside, count, *_ = np.sum(found, axis=0)
     assert 0.90 <= inside / count <= 0.99

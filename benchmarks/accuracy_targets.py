@@ -1,8 +1,7 @@
-"""Adaptive rounds for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the light of a year.
+"""Rounds to a target for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the light of a year.
 
-Their target is the error of this light, as the run itself states it, on 95 % of the area. The first round has 256 rays
-and 16 points; from then on surfaces that are known well enough get no more samples (docs/reference). Time is that of
-tracing, of all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
+Their target is the error of this light, as the run itself states it, on 95 % of the area. Time is that of tracing, of
+all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
 """
 
 import time
@@ -11,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine
+from citypv.core.accuracy.refine import Goal, largest_round, refine
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
@@ -62,15 +61,12 @@ def refine_to(targets, scene, suns, request, wanted):
         first = trace_run(scene, None, request, prepared=prepared)
         seconds = [time.process_time() - before]
 
-        def trace(run, part, seconds=seconds):
+        def trace(run, size, seconds=seconds):
             started = time.process_time()
-            more = trace_round(run, part)
+            more = trace_round(run, size)
             seconds.append(time.process_time() - started)
             return more
 
-        def choose(errors, before, target=target):
-            return choose_counted(errors, request, target, scene.surfaces, before)
-
-        goal = Goal(target, time.monotonic() + MOST_SECONDS, largest_round(request), choose)
+        goal = Goal(target, time.monotonic() + MOST_SECONDS, largest_round(request))
         errors = partial(light_errors, wanted=wanted)
         yield target, refine(first, errors, goal, trace, lambda line: None), sum(seconds)
