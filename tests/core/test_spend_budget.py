@@ -28,8 +28,6 @@ def test_more_time_is_for_more_days():
     assert choose_offer([few, many], 6.0) is few  # the other does not fit
     assert choose_offer([few, many], 40.0) is many
     assert few.error_in(8.0) == pytest.approx(np.sqrt(1 + 4**-1.3))
-    adaptive = offer("days:12", 2.0, 1.0, 1.0, samples=256)  # eight times the samples in the same time
-    assert adaptive.error_in(8.0) == pytest.approx(np.sqrt(1 + 25**-1.3))
     assert choose_offer([few, many], 40.0, target=1.1) is few  # both reach it
     assert choose_offer([few, many], 1.0) is few  # none fits: the cheapest
 
