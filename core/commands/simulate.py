@@ -1,6 +1,7 @@
 """The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
 
 from dataclasses import replace
+from pathlib import Path
 
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.refine import CELLS
@@ -101,7 +102,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
             transfer = base.transfer
             write_rays(work / RAYS, base, city)
         else:
-            transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
+            transfer = trace_until_interrupted(scene, weather, request, log, work.parent.parent, prepared=prepared)
         log.clock.lap("trace")
         results = write_results(work, Results(city, scene, transfer, None, weather), request, output, log)
         totals = write_run(work, results, request, log, tiles)
@@ -180,8 +181,12 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
 def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
     """Compute the energy of an earlier Transfer with another weather or module.
 
-    Parameters and errors as in `simulate`.
+    `transfer_path` is the file, or the result folder that holds it; further parameters and errors as in `simulate`.
     """
+    if Path(transfer_path).is_dir():
+        transfer_path = Path(transfer_path) / "transfer.nc"
+        if not transfer_path.is_file():
+            raise InputError(transfer_path, "the run wrote no light to weigh again", "simulate with --transfer")
     log = log or RunLog(None)
     check_settings(request)
     implied = METHODS.get(request.method, {}).get("effects", {})  # as other settings of light, without effect here

@@ -21,7 +21,7 @@ from ..settings.errors import InputError
 from ..settings.version import __version__
 from .compare_runs import list_differences
 from .describe_run import describe_assumptions, describe_windows
-from .output_folder import whole_folder
+from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .pack_city import describe_view, list_layers, measure_faces
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
@@ -72,7 +72,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     summary = join_summaries(folders)
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
-    with whole_folder(out, overwrite) as work, ExitStack() as stack:
+    with whole_folder(out, overwrite, SITE_NAMES) as work, ExitStack() as stack:
         scratch = stack.enter_context(tempfile.TemporaryDirectory(dir=work))
         store = Store(Path(scratch) / "city.sqlite")
         stack.callback(store.base.close)
@@ -91,6 +91,9 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
         write_index(work, store, header | view, private)
         write_page(work, summary, attribution)
+        paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
+        listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
+        (work / SITE_FILES).write_text("\n".join([*listed, SITE_FILES]), "utf-8", newline="\n")
     files = [path for path in Path(out).rglob("*") if path.is_file()]
     return {
         "buildings": total,

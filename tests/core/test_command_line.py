@@ -94,6 +94,7 @@ def test_a_full_folder_is_not_touched_unless_asked_which_keeps_the_rest(city, tm
     assert "not empty" in capfd.readouterr().err
     assert names_in(tmp_path) == {"notes.txt"}
     (tmp_path / "preview.png").write_text("of an earlier run")
+    (tmp_path / "summary.json").write_text('{"versions": {"citypv": "0.2.0"}}')
     assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet", "--overwrite", "--samples", "16"]) == 0
     assert names_in(tmp_path) == TABLES | {"notes.txt"}
 

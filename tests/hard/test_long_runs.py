@@ -1,6 +1,7 @@
 """Long runs: cancelled, killed, out of disk, repeated; nothing half-written is ever taken for a result."""
 
 import gc
+import json
 import os
 import signal
 import subprocess
@@ -85,21 +86,21 @@ def test_twenty_runs_do_not_grow():
 @pytest.mark.slow
 @pytest.mark.once
 def test_killed_while_results_are_replaced(tmp_path):
-    """With --overwrite the summary goes first and comes last: where it stands, what is beside it belongs to it."""
+    """The folder holds all of the earlier results, or all of the new ones: here the new ones, beside which the earlier
+    ones are about to be deleted.
+    """
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
     assert run(city, out) == 0
     code = (
-        "import os, pathlib; replace = pathlib.Path.replace\n"
-        "def stop(self, target):\n"
-        "    replace(self, target)\n"
-        "    os.kill(os.getpid(), 9)\n"
-        "pathlib.Path.replace = stop\n"
+        "import os, shutil\n"
+        "shutil.rmtree = lambda *_, **__: os.kill(os.getpid(), 9)\n"
         "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
     arguments = ["simulate", str(city), "--out", str(out), *FEW, "--quiet", "--overwrite", "--seed", "1"]
     killed = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120)
     assert killed.returncode == -signal.SIGKILL
-    assert not (out / "summary.json").exists()
+    assert {path.name for path in out.iterdir()} == WHOLE
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["settings"]["seed"] == 1
     started = time.time()
     assert run(city, out, "--overwrite") == 0
     assert {path.name for path in out.iterdir()} == WHOLE
