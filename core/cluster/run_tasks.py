@@ -8,19 +8,20 @@ local worker first, see `dask_setup`.
 
 import hashlib
 import importlib.util
+import json
 import logging
 import pickle
 import re
-import shutil
 import signal
 import socket
 import sys
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from ..results.output_folder import name_beside, write_whole
 from ..settings.errors import InputError, count_of
 from ..settings.version import __version__
 
@@ -34,6 +35,8 @@ LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = "does not accept this machine's key, or finds none", "see docs/guide/many_machines.md, Who may reach it"
 SILENT = f"does not answer as a Dask scheduler within {PATIENCE} s", HOW_TO_START
 HASH_LENGTH = 24  # of the hash in the name of a task's file
+# Names of tasks, of their results, and of those files that were not written to their end.
+OWN = re.compile(r"(run|[\d_]+|[0-9a-f]{24})_([0-9a-f]{24}|\d{5})\.(task|nc|npz|json)(\.\d+)?")
 DEATHS = 3  # of workers under one task, after which it is given up
 
 
@@ -206,7 +209,7 @@ def dask_setup(worker):
 def write_task(folder, stem, data):
     """Write what a task reads, bytes of a pickle, to a file whose name ends with their hash: pathlib.Path."""
     path = folder / f"{stem}_{hashlib.sha256(data).hexdigest()[:HASH_LENGTH]}.task"
-    path.write_bytes(data)
+    write_whole(path, lambda file: file.write_bytes(data))
     return path
 
 
@@ -225,16 +228,60 @@ def read_task(path):
     return pickle.loads(data)
 
 
+def finish_task(result, write, told):
+    """Write the result of a task, and beside it what is told of it: the result is there where both fit each other.
+
+    Parameters
+    ----------
+    result : pathlib.Path
+        Named by the task: by what it reads.
+    write : callable
+        Takes the path of the file to write.
+    told : dict
+        Plain values.
+    """
+    write_whole(result, write)
+    content = json.dumps({"task": result.stem, "content": _hash_file(result), "told": told})
+    signed = f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}"
+    write_whole(result.with_suffix(".json"), lambda file: file.write_text(signed, encoding="utf-8"))
+
+
+def read_told(result):
+    """What `finish_task` was told of a result: dict. None unless both files are what it wrote for this very task."""
+    try:
+        signature, _, content = result.with_suffix(".json").read_text(encoding="utf-8").partition("\n")
+        if hashlib.sha256(content.encode()).hexdigest() != signature:
+            return None
+        found = json.loads(content)
+        fits = found["task"] == result.stem and found["content"] == _hash_file(result)
+    except (OSError, ValueError):
+        return None
+    return found["told"] if fits else None
+
+
+def _hash_file(path):
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def kept_beside(folder):
     """Folder in which finished tasks are kept for an output folder: Path."""
-    folder = Path(folder).absolute()
-    return folder.with_name(f"{folder.name}.tasks")
+    return name_beside(Path(folder).resolve(), "", ".tasks")
 
 
 def drop_kept(folder, cluster=True):
     """Remove what was kept for an output folder, if it was written in tasks."""
     if cluster:
-        shutil.rmtree(kept_beside(folder), ignore_errors=True)
+        _drop_own(kept_beside(folder))
+
+
+def _drop_own(folder):
+    """Remove the files of tasks from a folder, and the folder if it holds nothing else."""
+    for path in folder.iterdir() if folder.is_dir() else ():
+        if OWN.fullmatch(path.name):
+            path.unlink(missing_ok=True)
+    with suppress(OSError):  # files of others are in it
+        folder.rmdir()
 
 
 @contextmanager
@@ -253,9 +300,9 @@ def keeping(folder, tell):
     try:
         yield
     except BaseException:
-        count = len(list(folder.glob("*.json")))
+        count = sum(path.suffix == ".json" and OWN.fullmatch(path.name) is not None for path in folder.iterdir())
         if count:
             tell(f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from there")
         else:
-            shutil.rmtree(folder, ignore_errors=True)
+            _drop_own(folder)
         raise

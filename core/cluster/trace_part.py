@@ -6,7 +6,6 @@ above the level may have met something that was left out: skylight is lost. One 
 far surroundings, finds light that may be wrong in either way, by no more than it can be.
 """
 
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +19,6 @@ from ..light.prepare_scene import build_tree, prepare_scene
 from ..light.transfer import take_rows
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
-from ..results.output_folder import write_whole
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
 from ..settings.progress import silent
@@ -28,7 +26,7 @@ from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
-from .run_tasks import read_task
+from .run_tasks import finish_task, read_task, read_told
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 
@@ -68,7 +66,7 @@ def trace_part(run_path, part_path, result_path, threads):
     run_path, part_path : str
         Run and Part, of `write_task`.
     result_path : str
-        File of the Transfer; its figures lie beside it, and are there only when all is written.
+        File of the Transfer; its figures lie beside it, as of `finish_task`.
     threads : int or None
 
     Returns
@@ -76,8 +74,7 @@ def trace_part(run_path, part_path, result_path, threads):
     str
         `result_path`.
     """
-    figures = Path(result_path).with_suffix(".json")
-    if figures.exists():
+    if read_told(Path(result_path)) is not None:
         return result_path
     started = time.monotonic(), time.process_time()
     run, part = read_task(run_path), read_task(part_path)
@@ -96,7 +93,6 @@ def trace_part(run_path, part_path, result_path, threads):
     if part.measure:
         sampling = measure_sun_sampling(few.scene, run.weather, transfer, request, prepared=few.prepared)
     own = np.searchsorted(few.surfaces, part.own)
-    write_whole(Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)))
     surfaces = few.scene.surfaces
     told = {
         "triangles": triangles[0],
@@ -109,7 +105,7 @@ def trace_part(run_path, part_path, result_path, threads):
         "sun_sampling": sampling,
         "area": float(surfaces.area[surfaces.eligible].sum()),  # [m²]
     }
-    write_whole(figures, lambda path: path.write_text(json.dumps(finite(told)), encoding="utf-8"))
+    finish_task(Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)), finite(told))
     Path(part_path).unlink(missing_ok=True)
     return result_path
 

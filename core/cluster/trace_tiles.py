@@ -11,7 +11,6 @@ nor on how the rest is cut; it differs from that of the whole by what its surrou
 """
 
 import hashlib
-import json
 import pickle
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,13 +28,13 @@ from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_tiles
-from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks, write_task
+from .run_tasks import SERIAL, check_cluster, open_workers, read_told, run_tasks, write_task
 from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
 SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
-TASK_VERSION = 5  # raised when results of earlier runs are no longer to be used
+TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
 SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")
@@ -141,10 +140,19 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             progress(STAGE, len(kept) + done, len(squares), STAGE)
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")
-    figures = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found]
+    figures = [_told_of(path) for _, path in found]
     parts = ((tile.rows, read_transfer(path)) for tile, path in found)
     transfer = join_tiles(parts, prepared, request, figures, folder)
     return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
+
+
+def _told_of(path):
+    """Figures of a finished tile: dict. InputError where its files are not what its task has written."""
+    told = read_told(path)
+    if told is None:
+        problem = "is not what was written for this tile: somebody else has changed it, or the disk"
+        raise InputError(path, problem, "start again: it is traced again, all others are kept")
+    return told
 
 
 def make_tasks(scene, squares, inputs, folder, lists):
@@ -184,7 +192,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
         found.append((replace(tile, around=tile.around[:0]), result))  # of which it takes a byte for each piece
-        if result.with_suffix(".json").exists():
+        if read_told(result) is not None:  # else it is traced again, over what is there
             kept.add(result)
             continue
         yield str(run_path), str(write_task(folder, name, data)), str(result), threads

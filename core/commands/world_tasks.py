@@ -8,7 +8,6 @@ same bit by bit.
 
 import hashlib
 import io
-import json
 import pickle
 from contextlib import ExitStack
 from dataclasses import replace
@@ -16,9 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cluster.run_tasks import SERIAL, keeping, open_workers, read_task, run_tasks, write_task
+from ..cluster.run_tasks import (
+    SERIAL,
+    finish_task,
+    keeping,
+    open_workers,
+    read_task,
+    read_told,
+    run_tasks,
+    write_task,
+)
 from ..energy.pv_system import build_system
-from ..results.output_folder import write_whole
 from ..settings.version import __version__
 from ..world.compute_world import compute_world, empty_world, find_groups
 from .find_source import find_source
@@ -56,7 +63,7 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
         tasks = list_tasks(environments, bands, request, settings, folder)
         log.write(f"  {len(tasks):,} tasks; {workers.words}")
         threads = request.threads if cluster.cluster == SERIAL else 1
-        missing = [(*task, threads) for _, task in tasks if not Path(task[-1]).with_suffix(".json").exists()]
+        missing = [(*task, threads) for _, task in tasks if read_told(Path(task[-1])) is None]
         before = len(tasks) - len(missing)  # finished by an earlier run
         log.progress(STAGE, 0, len(tasks), "tasks")
         for done, _ in enumerate(run_tasks(workers, compute_band, missing), start=before + 1):
@@ -123,7 +130,5 @@ def compute_band(path, band, result, threads):
 
     arrays = {name: getattr(world, name) for name in OF_GROUPS}
     np.savez(stored := io.BytesIO(), places=places, weather=world.weather, years=world.years, **arrays)
-    write_whole(Path(result), lambda file: file.write_bytes(stored.getvalue()))
-    count = json.dumps({"places": len(places)})
-    write_whole(Path(result).with_suffix(".json"), lambda file: file.write_text(count, encoding="utf-8"))
+    finish_task(Path(result), lambda file: file.write_bytes(stored.getvalue()), {"places": len(places)})
     return result

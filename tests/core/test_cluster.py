@@ -22,7 +22,7 @@ from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.cluster import run_tasks, trace_tiles
-from citypv.core.cluster.run_tasks import read_task, write_task
+from citypv.core.cluster.run_tasks import finish_task, read_task, read_told, write_task
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
@@ -193,15 +193,51 @@ def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, c
     signal.signal(signal.SIGINT, before)
     assert "2 finished tasks are kept in" in capfd.readouterr().err
     assert not (tmp_path / "out").exists()
-    assert len(list((tmp_path / "out.tasks").glob("*.json"))) == 2
+    kept = sorted((tmp_path / "out.tasks").glob("*.json"))
+    assert len(kept) == 2
+    # A damaged result is traced again; what somebody else put there stays.
+    flip_bit(kept[0].with_suffix(".nc"))
+    (tmp_path / "out.tasks" / "notes.txt").write_text("mine")
     assert main([*command, str(tmp_path / "out")]) == 0
-    assert "2 of them were traced by an earlier run" in capfd.readouterr().err
+    assert "1 of them were traced by an earlier run" in capfd.readouterr().err
     done = [one for one in traced if one != "stopped"]
-    assert len(done) == len(set(done)) == 4
-    assert not (tmp_path / "out.tasks").exists()
+    assert len(done) == 5 and len(set(done)) == 4
+    assert [path.name for path in (tmp_path / "out.tasks").iterdir()] == ["notes.txt"]
     assert main([*command, str(tmp_path / "again"), "--quiet"]) == 0
     for name in ("faces.csv", "groups.csv", "buildings.csv"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+
+
+def flip_bit(path):
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+def test_only_what_a_task_has_written_is_its_result(tmp_path):
+    """Swapped, damaged in any byte of either file, cut, or half there: it is computed again."""
+    one, other = (tmp_path / f"{name}_{24 * digit}.nc" for name, digit in (("000_000", "a"), ("000_001", "b")))
+    for path in (one, other):
+        finish_task(path, lambda file, path=path: file.write_bytes(path.name.encode() * 50), {"name": path.name})
+    files = {path: path.read_bytes() for path in (one, other, *(own.with_suffix(".json") for own in (one, other)))}
+    assert [read_told(path) for path in (one, other)] == [{"name": one.name}, {"name": other.name}]
+
+    def told_with(changes):
+        for path, data in (files | changes).items():
+            path.unlink(missing_ok=True)
+            if data is not None:
+                path.write_bytes(data)
+        return read_told(one)
+
+    beside = one.with_suffix(".json")
+    assert told_with({}) == {"name": one.name}
+    assert told_with({one: files[other]}) is None
+    assert told_with({one: files[other], beside: files[other.with_suffix(".json")]}) is None
+    for path in (one, beside):
+        for data in (None, b"", files[path][:-1], b"\0" * len(files[path]), files[path] + b" "):
+            assert told_with({path: data}) is None
+        for place in range(0, len(files[path]), 7):
+            assert told_with({path: files[path][:place] + b"\xff" + files[path][place + 1 :]}) is None
 
 
 def test_dask_that_is_missing_is_named(city, tmp_path, refused, monkeypatch):
