@@ -4,6 +4,7 @@ import importlib.util
 
 import numpy as np
 
+from ..results.columns import write_table
 from ..results.compare_runs import EXISTING, compare_folders
 from ..results.output_folder import whole_folder
 from ..results.write_report import compose_city, fill_page, paragraph, picture, section, table
@@ -50,7 +51,7 @@ def compare(before, after, folder, *, overwrite=False):
     with whole_folder(folder, overwrite) as work:
         found = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
-            getattr(found, name).to_csv(work / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
+            write_table(work / f"{name}.csv", getattr(found, name))
         (work / "report.html").write_text(compose_page(found), encoding="utf-8", newline="\n")
         write_summary(work / "summary.json", found.summary)
     return found

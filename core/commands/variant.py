@@ -12,11 +12,12 @@ from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
 from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
+from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, mark_of
 from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
-from ..settings.errors import InputError
+from ..settings.errors import InputError, id_of_cell
 from ..study import compute_energy, read_year, stand_edited
 from .run_log import RunLog, describe_weather, report_outcome
 from .write_run import Output, Results, write_exports, write_results, write_run
@@ -79,7 +80,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         both, _ = errors_of_difference(base, edited)
         errors = compute_energy(both, weather, replace(named, series=())).full_load_hours_standard_error
         table = {"surface_id": both.surfaces.surface_id, "full_load_hours_change_standard_error": errors}
-        pd.DataFrame(table).to_csv(work / CHANGE, index=False, float_format="%.6g", lineterminator="\n")
+        write_table(work / CHANGE, pd.DataFrame(table))
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
@@ -111,7 +112,10 @@ def write_albedos(place, source, city, albedo_of):
     if unknown:
         raise InputError(unknown[0], "no building of the city has this id", "take ids from the column building_id")
     own = pd.DataFrame({"surface": city.surface_id, "albedo": pd.Series(city.building_id).map(albedo_of)}).dropna()
-    tables = [own] if source is None else [pd.read_csv(source, dtype=str, encoding="utf-8-sig"), own]
+    tables = [own]
+    if source is not None:
+        given = pd.read_csv(source, dtype=str, encoding="utf-8-sig")
+        tables = [given.assign(surface=given["surface"].map(id_of_cell, na_action="ignore")), own]
     path = place / "albedo.csv"
     pd.concat(tables).drop_duplicates("surface", keep="last").to_csv(path, index=False, encoding="utf-8")
     return str(path)

@@ -1,14 +1,14 @@
 """Assign a BRDF to every triangle, from albedos and materials."""
 
 import csv
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..city.city import whole_of_cell
 from ..city.scene import surface_of_triangles
-from ..settings.errors import InputError
+from ..read.open_input import open_input
+from ..settings.errors import InputError, id_of_cell
 from .brdfs import Lambertian
 from .materials import MaterialSpec, describe_brdf, named_material
 
@@ -221,7 +221,10 @@ def read_albedo(path):
         material that is not known.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        with open_input(path) as stream:
+            text = stream.read().decode("utf-8-sig")
+    except InputError:
+        raise
     except (OSError, UnicodeDecodeError) as error:
         cure = "give a CSV file with the columns surface,albedo"
         raise InputError(path, f"cannot be read ({error})", cure) from error
@@ -235,7 +238,7 @@ def read_albedo(path):
             problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
             raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
-        specs[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+        specs[id_of_cell(row[0])] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
     return specs
 
 

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..settings.errors import cell_of_id
+
+IDS = ("surface_id", "building_id")  # columns whose texts come from the files of a city
+
 
 @dataclass(frozen=True)
 class Column:
@@ -71,6 +75,12 @@ def column_values(column, transfer, energy):
     carriers = {"surfaces": transfer.surfaces, "transfer": transfer, "energy": energy}
     values = getattr(carriers[column.owner], column.name)
     return np.asarray(values, float) if column.kind == "number" else values
+
+
+def write_table(path, table):
+    """Write a pandas.DataFrame as CSV, numbers with six significant digits, ids as of `cell_of_id`."""
+    ids = {name: [cell_of_id(str(one)) for one in table[name]] for name in IDS if name in table}
+    table.assign(**ids).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
 def name_months(by_month):

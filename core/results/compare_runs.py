@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..city.locate_site import bring_to_grid
 from ..city.scene import Site
-from ..settings.errors import InputError
+from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
 from .read_results import CURE, Results, read_results, read_table
 
@@ -30,7 +30,7 @@ ERROR = "mwh_change_standard_error"
 SUMS = ["mwh_before", "mwh_after", "mwh_change", ERROR, *(f"mwh_change_{side}" for side in SIDES)]
 
 
-@dataclass
+@dataclass(repr=False)
 class Comparison:
     """Two states of a city."""
 
@@ -38,6 +38,13 @@ class Comparison:
     buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
     summary: dict  # sums over the buildings of each state and over all, and what was compared
     later: Results  # of the later state, with outlines
+
+    def __repr__(self):
+        change = self.summary["sums"]["all"]["mwh_change"]
+        return (
+            f"<citypv.Comparison {self.summary['before']} to {self.summary['after']}: "
+            f"{count_of(len(self.buildings), 'building')}, {show_number(change, 0, plus=True)} MWh a year>"
+        )
 
 
 def compare_folders(before, after):

@@ -27,6 +27,7 @@ from ..light.solve_light import Light
 from ..light.solve_suns import SunLight
 from ..light.traced import FirstLight, Traced
 from ..rays.trail import Trail
+from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.request import Request
 from ..sun.horizon import TerrainHorizon
@@ -129,6 +130,8 @@ def read_rays(folder):
     path = Path(folder) / NAME
     if not path.is_file():
         raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
+    with parsing(path, "cannot be read", CURE):
+        refuse_links(path)
     with parsing(path, "cannot be read", CURE), h5netcdf.File(path) as file:
         if file.attrs.get("title") != FORMAT:
             raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 
 import h5netcdf
@@ -15,7 +16,9 @@ from ..city.racks import find_racked_roofs
 from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
-from ..settings.errors import InputError
+from ..read.open_netcdf import refuse_links, tell_damage
+from ..settings.errors import InputError, id_of_cell
+from .columns import IDS
 from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces
 from .transfer_file import read_fields
 
@@ -118,7 +121,7 @@ def read_summary(path):
         told = {(name, key): summary.get(name, {}).get(key) for name, keys in SECTIONS.items() for key in keys}
         missing = [".".join(names) for names, value in told.items() if value is None]
         site = {} if missing else summary["input"]["site"]
-        missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), float)]
+        missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), Real)]
     except (ValueError, AttributeError) as error:
         raise InputError(path, f"cannot be read as the summary of a run ({error})", CURE) from error
     if missing:
@@ -178,6 +181,8 @@ def check_columns(path, table, texts, numbers):
     missing = [name for name in (*texts, *numbers) if name not in table]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", CURE)
+    for name in set(IDS) & set(table.columns):
+        table[name] = [id_of_cell(str(cell)) for cell in table[name]]
     for name in set(table.columns) - set(texts):
         try:
             table[name] = pd.to_numeric(table[name].where(table[name] != ""))
@@ -189,11 +194,10 @@ def check_columns(path, table, texts, numbers):
 
 def read_times(path):
     """Time axis of timeseries.nc, and its interval."""
-    try:
+    with tell_damage(path, CURE, "a time series of CityPV"):
+        refuse_links(path)
         with h5netcdf.File(path) as file:
-            bounds = np.asarray(file["time_bounds"][:], np.int64)  # (T, 2) [s] since 1970
-    except (OSError, KeyError, IndexError, ValueError) as error:
-        raise InputError(path, f"cannot be read as a time series of CityPV ({error})", CURE) from error
+            bounds = np.asarray(file["time_bounds"][:], np.int64).reshape(-1, 2)  # [s] since 1970
     if len(bounds) == 0:
         raise InputError(path, "holds no times", CURE)
     times = pd.to_datetime(bounds[:, 0], unit="s", utc=True)

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 import h5netcdf
 import numpy as np
 
+from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError
 from .netcdf_file import netcdf_file, write_variables
 from .transfer_file import PACKED, describe_fields
@@ -50,6 +51,7 @@ def open_surfaces(folder):
     if not path.is_file():
         raise InputError(path, "there is no such file", AGAIN)
     try:
+        refuse_links(path)
         with h5netcdf.File(path) as file:
             if file.attrs.get("title") != FORMAT:
                 raise InputError(path, "is no file of CityPV's surfaces", CURE)

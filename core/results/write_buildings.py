@@ -8,7 +8,7 @@ from ..energy.counted_area import find_counted_area
 from ..energy.energy import exceeded_energy, kwp_of_hours
 from ..energy.pv_system import area_of_kwp
 from ..energy.standard_errors import add_errors, errors_of_energy
-from .columns import name_months
+from .columns import name_months, write_table
 
 PARTS = {"facade": ("facade",), "roof": ("roof", "steep"), "flat_roof": ("flat", "rack")}  # -> kinds
 
@@ -30,7 +30,7 @@ def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
     table = sum_buildings(transfer, energy, system, weather, monthly=monthly)
     for name in ("easting", "northing"):
         table[name] = [f"{value:.10g}" if np.isfinite(value) else "" for value in table[name]]
-    table.to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+    write_table(path, table)
 
 
 def sum_buildings(transfer, energy, system, weather, *, monthly=False):

@@ -12,7 +12,7 @@ from ..energy.energy import sum_years
 from ..energy.pv_system import build_system
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
-from .columns import TABLED, column_values, name_months
+from .columns import TABLED, column_values, name_months, write_table
 from .netcdf_file import netcdf_file, write_variables
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings
@@ -43,7 +43,7 @@ def write_faces(path, transfer, energy, *, monthly=False):
         column.name: np.where(columns[column.name], "true", "false") for column in TABLED if column.kind == "flag"
     }
     columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
-    pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+    write_table(path, pd.DataFrame(columns))
 
 
 def write_groups(path, energy):
@@ -61,7 +61,7 @@ def write_groups(path, energy):
         for (period, index), values in hours.items():
             only = annual if period == "annual" else (np.nan, np.nan)
             rows.append((*names, period, index, f"{values[group]:.6g}", *counted, *only))
-    pd.DataFrame(rows, columns=GROUP_COLUMNS).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+    write_table(path, pd.DataFrame(rows, columns=GROUP_COLUMNS))
 
 
 def sum_periods(energy):
@@ -132,7 +132,7 @@ def write_series(path, transfer, energy):
     columns = {"surface_id": np.repeat(names, len(times)), "time": np.tile(times, count)}
     for name in ("poa_direct", "poa_diffuse", "capacity_factor"):
         columns[name] = getattr(series, name).T.ravel()
-    pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+    write_table(path, pd.DataFrame(columns))
 
 
 def write_timeseries(path, energy, weather, system, buildings=None):

@@ -4,7 +4,9 @@ arrays that raise it.
 Each error names the array, the row and the cure.
 """
 
+import json
 import struct
+import zipfile
 import zlib
 from contextlib import contextmanager
 from inspect import signature
@@ -26,7 +28,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, source, problem, cure):
-        super().__init__(f"{source}: {problem}; {cure}")
+        super().__init__(show_signs(f"{source}: {problem}; {cure}"))
         self.source, self.problem, self.cure = str(source), problem, cure
 
     def __reduce__(self):
@@ -51,7 +53,7 @@ def parsing(source, problem, cure):
     except InputError:
         raise
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, EOFError, OSError,
-            struct.error, zlib.error) as error:  # fmt: skip
+            MemoryError, struct.error, zipfile.BadZipFile, zlib.error) as error:  # fmt: skip
         raise blame_file(source, problem, error, cure) from error
 
 
@@ -74,6 +76,24 @@ def blame_file(source, problem, error, cure):
     """InputError of a file from what was raised on it, in one line."""
     words = " ".join(str(error).replace(str(source), "it").split())[:160]
     return InputError(source, f"{problem} ({type(error).__name__}: {words})", cure)
+FORMULAS = ("=", "+", "-", "@")  # with which one begins in a spreadsheet
+
+
+def show_signs(text):
+    """Text whose control characters are written as in JSON, \\u001b: a terminal would act on them. Lines stay."""
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text)
+
+
+def cell_of_id(name):
+    """An id as a cell of a table: behind an apostrophe where a spreadsheet would take it for a formula to compute."""
+    return "'" + name if name.lstrip("'")[:1] in FORMULAS and name else name
+
+
+def id_of_cell(cell):
+    """The id of a cell, as of `cell_of_id`; whoever writes a table need not know of the apostrophe."""
+    return cell[1:] if cell[:1] == "'" and cell.lstrip("'")[:1] in FORMULAS else cell
 
 
 def count_of(number, noun):
