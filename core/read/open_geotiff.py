@@ -9,6 +9,7 @@ import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -135,12 +136,14 @@ def open_geotiff(path, file):
         raise ValueError(f"{min(counts)} of {across * down} strips or tiles")
 
     def read_cells(first, last, west, east):
-        bands, top, left = [], first // rows, west // columns
-        for row in range(top, -(-last // rows)):
-            numbers = range(row * across + left, row * across - (-east // columns))
-            band = np.hstack([read_block(page, number, gap or 0.0) for number in numbers])
-            bands.append(band[:, west - left * columns : east - left * columns].astype(float))
-        values = np.vstack(bands)[first - top * rows : last - top * rows]
+        values = np.empty((last - first, east - west))
+        for row, column in product(range(first // rows, -(-last // rows)), range(west // columns, -(-east // columns))):
+            # Of each block what lies in the window, so that one block at a time is held whole.
+            top, left = row * rows, column * columns
+            block = read_block(page, row * across + column, gap or 0.0)[max(first - top, 0) : last - top]
+            block = block[:, max(west - left, 0) : east - left]
+            start = max(top - first, 0), max(left - west, 0)
+            values[start[0] : start[0] + block.shape[0], start[1] : start[1] + block.shape[1]] = block
         if gap is not None:
             values[values == gap] = np.nan
         return values * scale + offset
@@ -245,6 +248,24 @@ def unpack_lzw(packed, unpacked):
     return place
 
 
+@njit(nogil=True, cache=True)
+def unpack_bits(packed, unpacked):
+    """Unpack bytes packed by PackBits (TIFF 6.0, section 9), as `unpack_lzw` does: number of bytes unpacked."""
+    place, next_one = 0, 0
+    while next_one < len(packed) and place < len(unpacked):
+        head = int(packed[next_one])
+        next_one += 1
+        if head < 128:  # so many bytes as they are, and one more
+            count = min(head + 1, len(packed) - next_one, len(unpacked) - place)
+            unpacked[place : place + count] = packed[next_one : next_one + count]
+            place, next_one = place + count, next_one + head + 1
+        elif head > 128 and next_one < len(packed):  # the next byte, repeated; 128 means nothing
+            count = min(257 - head, len(unpacked) - place)
+            unpacked[place : place + count] = packed[next_one]
+            place, next_one = place + count, next_one + 1
+    return place
+
+
 def unpack_segment(packed, compression, predictor, shape, kind):
     """Values of a strip or tile.
 
@@ -266,8 +287,6 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     ValueError, zlib.error
         The bytes are damaged or too few.
     """
-    import tifffile  # imported late: few runs need it
-
     size, data = int(np.prod(shape)) * kind.itemsize, packed
     if compression == LZW:
         unpacked = np.empty(size, np.uint8)
@@ -278,7 +297,8 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     elif compression in (DEFLATE, OLD_DEFLATE):
         data = zlib.decompressobj().decompress(packed, size)
     elif compression == PACKBITS:
-        data = tifffile.TIFF.DECOMPRESSORS[PACKBITS](packed)
+        unpacked = np.empty(size, np.uint8)
+        data = unpacked[: unpack_bits(np.frombuffer(packed, np.uint8), unpacked)]
     if len(data) < size:
         raise ValueError(f"a strip or tile has {len(data)} of {size} bytes")
     data = np.frombuffer(data, np.uint8, size)

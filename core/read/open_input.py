@@ -7,14 +7,47 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..settings.errors import InputError
+from ..settings.memory import GB, free_memory
 from ..settings.progress import silent
 
 LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
 FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
 BUFFER = 2**18  # bytes per read and per progress report
+FREE_MEMORY = 3 * 2**28  # [bytes] that reading a file may always take
+MOST_GAIN = 64  # bytes of memory per byte of the file; a city model takes 12
 LARGEST_COORDINATE = 1e8  # [m, ft or °] larger than any coordinate on Earth in any system
 LONGEST_NAME = 200  # characters
 CUT = "the file is truncated or damaged: download or export it again"
+
+
+class Budget:
+    """Memory that reading a file may take: as much as city models take, and no more than is free.
+
+    Parameters
+    ----------
+    path : path-like
+    step : str
+        What is too large, as "holds a text".
+    cure : str
+    """
+
+    def __init__(self, path, step, cure):
+        size = Path(path).stat().st_size if Path(path).is_file() else 0  # else it is refused when it is opened
+        most, free = FREE_MEMORY + MOST_GAIN * size, free_memory()  # [bytes]
+        self._most = self._left = most if free is None else min(most, free)
+        self._told = path, f"{step} too large for memory: more than {self._most / GB:.1f} GB", cure
+
+    def spend(self, count):
+        """Take some bytes from it.
+
+        Raises
+        ------
+        InputError
+            More than is left.
+        """
+        self._left -= count
+        if self._left < 0:
+            raise InputError(*self._told)
 
 
 def clean_name(text):
@@ -49,11 +82,13 @@ def open_input(path, report_share=silent):
         The file is missing, a folder, empty, not readable or a zip archive.
     """
     path = Path(path)
-    if not path.exists():
-        raise InputError(path, "no such file", "check the path")
-    if path.is_dir():
-        raise InputError(path, "is a folder, but a file is expected", "give a file in it")
     try:
+        if not path.exists():
+            raise InputError(path, "no such file", "check the path")
+        if path.is_dir():
+            raise InputError(path, "is a folder, but a file is expected", "give a file in it")
+        if not path.is_file():  # it could be waited for without end, and is read twice
+            raise InputError(path, "is a pipe or a device, but a file is expected", "save it as a file first")
         with ExitStack() as opened:
             stream = opened.enter_context(io.BufferedReader(_Reporting(path, report_share), BUFFER))
             start = stream.peek(4)[:4]

@@ -1,12 +1,12 @@
 """Open a NetCDF file, of HDF5 or of the classic format, without the NetCDF library."""
 
 import importlib.util
-from pathlib import Path
 
 import h5py
 import numpy as np
 
 from ..settings.errors import InputError
+from .open_input import open_input
 
 ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
 CLASSIC = (b"CDF\x01", b"CDF\x02")
@@ -30,13 +30,13 @@ def open_netcdf(path, **options):
     Raises
     ------
     InputError
-        It is compressed by a method, or in a format, that is not read here.
-    OSError, ValueError, TypeError
-        Not NetCDF, or a damaged file.
+        It is compressed by a method, or in a format, that is not read here, or takes values from other files.
+    Exception
+        Not NetCDF, or a damaged file: what `parsing` makes an InputError of.
     """
     import xarray  # takes long, and a run without such files needs none of it
 
-    with Path(path).open("rb") as stream:
+    with open_input(path) as stream:
         start = stream.read(4)
     if start == CDF5:
         raise InputError(path, "is NetCDF in the format CDF-5, which is not read", f"type: nccopy -k nc4 {path} new.nc")
@@ -45,6 +45,7 @@ def open_netcdf(path, **options):
     # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard, Blosc, bzip2, others.
     if importlib.util.find_spec("hdf5plugin") is not None:
         import hdf5plugin  # noqa: F401, its import makes its methods known
+    refuse_links(path)
     with h5py.File(path) as file:
         plans = [item.id.get_create_plist() for item in file.values() if isinstance(item, h5py.Dataset)]
         filters = [plan.get_filter(number) for plan in plans for number in range(plan.get_nfilters())]
@@ -61,3 +62,38 @@ def rename_groups(dataset):
     group = dataset["group"]
     names = [str(name).removesuffix("_none") for name in group.to_numpy()]
     return dataset.assign_coords(group=("group", np.array(names, dtype=object), group.attrs))
+
+
+def refuse_links(path):
+    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: links, virtual data sets.
+
+    Raises
+    ------
+    InputError
+    Exception
+        As of `open_netcdf`.
+    """
+
+    def refuse(name, what):
+        cure = f"type: h5repack {path} new.nc, or: nccopy {path} new.nc, where you trust it; or ask for whole files"
+        raise InputError(path, f"{name!r} is {what}, which is not followed", cure)
+
+    with h5py.File(path) as file:
+        waiting, seen = [file], set()
+        while waiting:
+            group = waiting.pop()
+            place = h5py.h5o.get_info(group.id).addr
+            if place in seen:
+                continue
+            seen.add(place)
+            for name in group:
+                link = group.get(name, getlink=True)
+                if isinstance(link, h5py.ExternalLink):
+                    refuse(name, f"a link to another file, {link.filename}")
+                item = group.get(name)
+                if isinstance(item, h5py.Group):
+                    waiting.append(item)
+                elif isinstance(item, h5py.Dataset) and item.is_virtual:
+                    refuse(name, "a virtual data set, of values in other files")
+                elif isinstance(item, h5py.Dataset) and item.external:
+                    refuse(name, "kept in another file")

@@ -18,7 +18,7 @@ from scipy import sparse
 from ..city.transform_crs import full_turn, plane_of, turn_towards
 from ..settings.errors import InputError, blame_file, parsing
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
-from .open_input import open_input, open_text
+from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
 
 LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
 # Words in which rasters name the unit of their heights [m].
@@ -27,7 +27,7 @@ UNIT_WORDS = {f"{short}m": factor for short, (_, factor) in METRIC.items()}
 UNIT_WORDS |= {f"{long}{m}": f for long, f in METRIC.values() for m in ("metre", "metres", "meter", "meters")}
 UNIT_WORDS |= dict.fromkeys(("ft", "foot", "feet", "international foot"), 0.3048)
 UNIT_WORDS |= dict.fromkeys(("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937)
-PIECE = 2**24  # cells that are unpacked at a time
+PIECE = 2**23  # cells that are averaged at a time
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
 MARKS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -195,7 +195,8 @@ def average_window(raster, window, shape):
         return raster.read_cells(row, row + height, column, column + width)
     across, down = share_cells(width, shape[1]), share_cells(height, shape[0]).tocsc()
     total, weight = np.zeros(shape), np.zeros(shape)
-    step = max(raster.block_rows, PIECE // width // raster.block_rows * raster.block_rows)
+    most = max(PIECE // width, 1)
+    step = most // raster.block_rows * raster.block_rows or most  # parts of blocks that are larger
     first = row
     while first < row + height:
         last = min(first // step * step + step, row + height)
@@ -229,6 +230,9 @@ def read_posts(raster, window, most, unit=1.0):
         From (column, row, 1) of posts to the raster's system.
     """
     column, row, width, height = (int(value) for value in window)
+    if width * height > FREE_BYTES + LARGEST_GAIN * Path(raster.path).stat().st_size:
+        problem = f"has {width:,} x {height:,} cells around the city, an implausible number for the size of the file"
+        raise InputError(raster.path, problem, "give a coarser raster, or a window of it")
     shape, factor = (min(height, most), min(width, most)), height_factor(raster, unit)
 
     def read_land(*cells):

@@ -3,17 +3,14 @@
 import itertools
 import json
 import re
-from pathlib import Path
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .open_input import CUT, open_input
+from .open_input import CUT, Budget, open_input
 
 CHUNK = 2**22  # bytes
 # [bytes] upper bound of Python's memory for a character, and more for an item, a list and an object.
 TEXT_WEIGHT, WEIGHTS = 2, ((b",", 32), (b"[", 64), (b"{", 200))
-FREE_MEMORY = 3 * 2**28  # [bytes]
-MOST_GAIN = 64  # bytes of memory per byte of the file; a city model takes 12
 READ = 0.2  # share of the time spent reading and decoding one text
 WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le", "utf-16-be"))]
 SPACE = re.compile(r"[ \t\n\r\x1e]*")
@@ -99,13 +96,11 @@ def speaks_of_cityjson(path):
 
 def _read(path, stream, before=b"", lines=False):
     """What was read before and the rest of a stream, or of its line; an error if it is too large for memory."""
-    budget, pieces = FREE_MEMORY + MOST_GAIN * Path(path).stat().st_size, [before]
+    cure = "split it into tiles, or write it as CityJSONSeq, which is read line by line"
+    budget, pieces = Budget(path, "holds a JSON text", cure), [before]
     read = stream.readline if lines else stream.read
     while pieces[-1] or len(pieces) == 1:
-        budget -= TEXT_WEIGHT * len(pieces[-1]) + sum(weight * pieces[-1].count(sign) for sign, weight in WEIGHTS)
-        if budget < 0:
-            cure = "split it into tiles, or write it as CityJSONSeq, which is read line by line"
-            raise InputError(path, "one JSON text that is too large for memory", cure)
+        budget.spend(TEXT_WEIGHT * len(pieces[-1]) + sum(weight * pieces[-1].count(sign) for sign, weight in WEIGHTS))
         if lines and pieces[-1].endswith(b"\n"):
             break
         pieces.append(read(CHUNK))

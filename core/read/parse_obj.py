@@ -14,9 +14,10 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
+from .open_input import CUT, LARGEST_COORDINATE, Budget, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters
+VERTEX, FACE, CORNER = 200, 400, 50  # [bytes] upper bounds of Python's memory for each
 MOST_LIBRARIES = 16  # per OBJ file; one is usual
 ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
@@ -65,17 +66,21 @@ def parse_obj(path, up="z", report_share=silent):
     """
     parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
+    budget = Budget(path, "holds a mesh", "split it into tiles, and give them all")
     for line, words in _statements(path, report_share):
         keyword = words[0]
         if keyword == "v":
+            budget.spend(VERTEX)
             vertices.append(_vertex(path, line, words))
         elif keyword == "f":
+            budget.spend(FACE + CORNER * len(words))
             faces.append(_corners(path, line, words, len(vertices)))
             parts.lines.append(line)
             parts.objects.append(number)
             parts.groups.append(group)
             parts.materials.append(material)
         elif keyword == "o":
+            budget.spend(FACE)
             parts.object_names.append(" ".join(words[1:]))
             number = len(parts.object_names) - 1
         elif keyword == "g":

@@ -3,10 +3,14 @@
 Beside them the curve of `citypv accuracy`, error against time.
 """
 
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 
 from .draw_plan import draw_plan
 from .draw_sun_path import draw_sun_path
+from .output_folder import write_whole
 from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarithmic, plain_style
 from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
 
@@ -140,4 +144,5 @@ def draw_prices(listed, path):
         words = "Error of full load hours on 95 % of the eligible area [%]"
         axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)
         axes.legend()
-        figure.savefig(path, dpi=DOTS)
+        path = Path(path)
+        write_whole(path, partial(figure.savefig, dpi=DOTS, format=path.suffix[1:]))

@@ -16,8 +16,8 @@ from ..city.racks import find_racked_roofs
 from ..city.scene import Site
 from ..energy.counted_area import MOST_COVERED
 from ..energy.pv_system import KINDS
-from ..read.open_netcdf import refuse_links, tell_damage
-from ..settings.errors import InputError, id_of_cell
+from ..read.open_netcdf import refuse_links
+from ..settings.errors import InputError, id_of_cell, parsing
 from .columns import IDS
 from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces
 from .transfer_file import read_fields
@@ -194,7 +194,7 @@ def check_columns(path, table, texts, numbers):
 
 def read_times(path):
     """Time axis of timeseries.nc, and its interval."""
-    with tell_damage(path, CURE, "a time series of CityPV"):
+    with parsing(path, "cannot be read as a time series of CityPV", CURE):
         refuse_links(path)
         with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64).reshape(-1, 2)  # [s] since 1970

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.io import netcdf_file
 
+from ..read.open_input import FREE_BYTES, LARGEST_GAIN
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError, parsing
 from .grid_point import AXES, name_axes, weigh_lines
@@ -46,6 +47,7 @@ HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
 ROUNDING = 6  # decimals of coordinates [°]
 COLUMNS = {"ghi": "ssrd", "dhi": "ssrd - fdir", "temp_air": "t2m", "wind_speed": "wind", "pressure": "sp"}
+AGAIN = "download the file again; it may be cut"
 CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
 
 
@@ -167,6 +169,11 @@ def read_block(grid, rows, columns):
     xarray.Dataset, time × latitude × longitude, float64
         By stamps, in order; NaN where no file has a value.
     """
+    with parsing(grid.source, "cannot be read as NetCDF", AGAIN):
+        return _read_block(grid, rows, columns)
+
+
+def _read_block(grid, rows, columns):
     parts = []
     for dataset, scales in grid.files:
         part = dataset.isel(latitude=grid.rows[rows], longitude=grid.columns[columns]).drop_vars(AXES[1:])
@@ -184,7 +191,10 @@ def list_files(path, stack):
     files = sorted(path.glob("*.nc")) if path.is_dir() else [path]
     if not path.is_dir() and zipfile.is_zipfile(path):
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        with zipfile.ZipFile(path) as archive:
+        with parsing(path, "cannot be unpacked", AGAIN), zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+            if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
+                raise InputError(path, f"unpacks to {size / 1e9:.1f} GB, an implausible ratio", "unpack it yourself")
             members = [member for member in archive.namelist() if member.endswith(".nc")]
             files = [folder / f"{number}.nc" for number in range(len(members))]  # under new names
             for file, member in zip(files, members, strict=True):
@@ -214,7 +224,7 @@ def open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
-        with parsing(path, "cannot be read as NetCDF", "download the file again; it may be cut"):
+        with parsing(path, "cannot be read as NetCDF", AGAIN):
             # A truncated file in the classic format is found out before xarray, which would leave it open.
             with file.open("rb") as stream:
                 if stream.read(4) in (b"CDF\x01", b"CDF\x02"):

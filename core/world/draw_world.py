@@ -1,11 +1,14 @@
 """The pictures of a world from world.nc: maps (paper, Fig. 6 and 7), months and hours of the day (Fig. 8 and 9)."""
 
+from functools import partial
+
 import numpy as np
 
 from ..read.open_netcdf import open_netcdf, rename_groups
+from ..results.output_folder import write_whole
 from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
 from ..results.read_results import MONTHS
-from ..settings.errors import InputError
+from ..settings.errors import InputError, parsing
 from .draw_world_maps import (
     CLEAR,
     MERIDIAN,
@@ -164,11 +167,8 @@ def draw_world(path, folder):
     InputError
         The file cannot be read, or is none of `citypv world`.
     """
-    try:
-        with open_netcdf(path) as dataset:
-            dataset.load()
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(path, f"cannot be read as NetCDF ({' '.join(str(error).split())})", CURE) from error
+    with parsing(path, "cannot be read as NetCDF", CURE), open_netcdf(path) as dataset:
+        dataset.load()
     missing = [name for name in SHOWN if name not in dataset]
     if missing:
         raise InputError(path, f"has no {', '.join(missing)}", CURE)
@@ -181,6 +181,7 @@ def draw_world(path, folder):
         for name, draw in PICTURES.items():
             figure = draw(dataset) if area or name not in MAPS else None
             if figure is not None:
-                figure.savefig(folder / name, dpi=DOTS, metadata={"Software": None})
+                look = {"dpi": DOTS, "format": "png", "metadata": {"Software": None}}
+                write_whole(folder / name, partial(figure.savefig, **look))
                 written.append(name)
     return written
