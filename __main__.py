@@ -5,11 +5,15 @@ import gc
 import os
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 
 def run_program():
     """Run the command line as a program of its own: ends the process, with main's exit status."""
     gc.set_threshold(100_000)  # of the thousands of modules and functions that are imported nothing is garbage
+    for name in ("stdout", "stderr"):  # None where whoever started this has closed it
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115, until the process ends
     status = []
     atexit.register(end_at_once, status)  # the first that is registered is the last that is called
     status.append(main())

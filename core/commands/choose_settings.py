@@ -2,6 +2,7 @@
 
 import difflib
 import os
+from collections.abc import Iterable
 from numbers import Real
 
 from ..settings.errors import InputError
@@ -88,12 +89,60 @@ def _take(name, value, default, details):
     no_number = types is Real and isinstance(value, bool)
     if not isinstance(value, types) or no_number or (details.kind == "place" and len(value) != 2):
         raise InputError(name, f"{value!r} is not {words}", f"give {words}")
-    if details.kind in ("names", "place"):
-        return (value,) if isinstance(value, str) else tuple(value)
-    if details.kind == "texts":
-        texts = [os.fspath(one) for one in ([value] if isinstance(value, str | os.PathLike) else value)]
-        return texts[0] if len(texts) == 1 else texts
-    return os.fspath(value) if isinstance(value, os.PathLike) else value
+    return TAKE[details.kind](value) if details.kind in TAKE else value
+
+
+def _take_integer(value):
+    return int(value) if float(value).is_integer() else value  # others are refused by `check_request`
+
+
+def _take_names(value):
+    return (value,) if isinstance(value, str) else tuple(value)
+
+
+def _take_texts(value):
+    texts = [os.fspath(one) for one in ([value] if isinstance(value, str | os.PathLike) else value)]
+    return texts[0] if len(texts) == 1 else texts
+
+
+# The declared type, whatever the caller's: an integer as a latitude, a number of numpy, a pathlib.Path.
+TAKE = {"number": float, "integer": _take_integer, "switch": bool, "flag": bool, "names": _take_names}
+TAKE |= {"texts": _take_texts, "place": lambda value: tuple(map(float, value)), "text": os.fspath, "choice": os.fspath}
+TAKE["shares"] = lambda value: {key: float(share) for key, share in value.items()}
+
+
+def take_exports(exports):
+    """Names of files to write as well, of `EXPORTS`: tuple of the one or of the several that are given.
+
+    Raises
+    ------
+    InputError
+    """
+    names = (exports,) if isinstance(exports, str) else tuple(exports)
+    for name in names:
+        if name not in EXPORTS:
+            raise InputError("exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}")
+    return names
+
+
+def take_paths(city):
+    """Files and folders of a city: list of the one or of the several that are given.
+
+    Raises
+    ------
+    InputError
+        There are none, or something is no path.
+    """
+    paths = [city] if isinstance(city, str | os.PathLike) else city
+    if not isinstance(paths, Iterable) or isinstance(paths, bytes | dict):
+        raise InputError("city", f"{city!r} is no path", "give a file, a folder, or a list of them")
+    paths = list(paths)
+    for path in paths:
+        if not isinstance(path, str | os.PathLike):
+            raise InputError("city", f"{path!r} is no path", "give a file, a folder, or a list of them")
+    if not paths:
+        raise InputError("city", "is an empty list", "give at least one file or folder")
+    return paths
 
 
 def cluster_settings(cluster, tile=None):

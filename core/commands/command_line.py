@@ -14,7 +14,7 @@ import traceback
 from dataclasses import asdict, fields
 from functools import partial
 
-from ..settings.errors import InputError
+from ..settings.errors import InputError, show_signs
 from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from .add_options import (
@@ -92,7 +92,7 @@ def main(arguments=None, draw=None):
 def print_error(message, status):
     """Print an error in one line to stderr, and return the exit status."""
     renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # clears the line of an unfinished stage
-    print(f"{renew}citypv: error: {' '.join(message.split())}", file=sys.stderr)
+    print(f"{renew}citypv: error: {show_signs(' '.join(message.split()))}", file=sys.stderr)
     return status
 
 
@@ -111,7 +111,7 @@ def build_parser():
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     again = add_command(commands, run_yield, "compute the yield of a transfer.nc with other weather or modules")
-    again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
+    again.add_argument("transfer", metavar="TRANSFER", help="folder of an earlier run, or its transfer.nc")
     add_output(again)
     add_options(again, "surfaces", "weather", "electricity", "sky", "effects", "run")
     add_views(commands)

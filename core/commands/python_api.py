@@ -6,7 +6,6 @@ result.faces, result.groups, result.buildings, result.timeseries, result.summary
 
 import html
 import importlib.util
-import os
 import shutil
 import tempfile
 import weakref
@@ -18,7 +17,7 @@ from pathlib import Path
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import declared_settings
-from .choose_settings import EXPORTS, cluster_settings, free_settings, request_of_settings
+from .choose_settings import cluster_settings, free_settings, request_of_settings, take_exports, take_paths
 
 LIGHT_FREE = ("surfaces", "electricity", "sky")  # groups of settings that another weather leaves as they are
 
@@ -142,7 +141,7 @@ class Result:
             words = ", ".join(one.name for one in fields(Wish))
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
         with _folder_for(out) as folder:
-            output = Output(overwrite=overwrite, exports=tuple(exports))
+            output = Output(overwrite=overwrite, exports=take_exports(exports))
             make_variant(self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress))
             return Result(folder, temporary=out is None)
 
@@ -201,7 +200,7 @@ def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=
         Folder to write; by default one that is deleted with the Result.
     overwrite : bool
         Replace results in a folder that is not empty.
-    exports : collection of str
+    exports : str or collection of str
         Of transfer (even where it is large), cityjson, gltf and geopackage: files to write as well.
     cluster : str, optional
         Trace in tiles: "serial", "local:N" or the address of a Dask scheduler.
@@ -227,14 +226,11 @@ def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=
     from .simulate import simulate as run
     from .write_run import Output
 
-    for name in exports:
-        if name not in EXPORTS:
-            raise InputError("exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}")
+    exports, paths = take_exports(exports), take_paths(city)
     others = "out", "overwrite", "exports", "cluster", "tile", "progress"
     request, free = request_of_settings(settings, others=others), free_settings(settings)
-    paths = [city] if isinstance(city, str | os.PathLike) else list(city)
     with _folder_for(out) as folder:
-        output = Output(overwrite=overwrite, exports=tuple(exports))
+        output = Output(overwrite=overwrite, exports=exports)
         told = {"log": RunLog(None, progress), "cluster": cluster_settings(cluster, tile), "free": free}
         run(paths, folder, request, output=output, **told)
         return Result(folder, temporary=out is None)
@@ -277,8 +273,7 @@ def inspect(city, **settings):
     """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect --json``."""
     from .inspect_city import inspect_city
 
-    paths = [city] if isinstance(city, str | os.PathLike) else list(city)
-    return inspect_city(paths, request_of_settings(settings, "city", "surfaces"))
+    return inspect_city(take_paths(city), request_of_settings(settings, "city", "surfaces"))
 
 
 def world(environments, *, out=None, overwrite=False, cluster=None, progress=silent, **settings):

@@ -6,7 +6,7 @@ import time
 
 from ..city.choose_levels import SHAPELESS
 from ..city.scene import surface_of_triangles
-from ..settings.errors import count_of, list_some, show_number
+from ..settings.errors import count_of, list_some, show_number, show_signs
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
 
@@ -32,7 +32,7 @@ class RunLog:
     def write(self, text):
         """Print one line."""
         if self.stream:
-            print(text, file=self.stream, flush=True)
+            print(show_signs(text), file=self.stream, flush=True)
 
     def show(self, transfer):
         """Receive the Transfer of all rounds so far, after each of them."""
@@ -46,10 +46,12 @@ def print_output(text):
     text : str
     """
     try:
-        print(text, flush=True)
+        print(show_signs(text), flush=True)
     except BrokenPipeError:
         # Otherwise the interpreter flushes the buffer once more at its end, and reports the error there.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def report_outcome(log, folder, energy, totals, report=None):

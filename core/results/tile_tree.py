@@ -19,7 +19,6 @@ SIDE = 256.0  # [m] of a square
 MOST_BYTES = 500_000  # of a tile after gzip
 MOST_ROOFS = 4000  # in the tile of a square's roofs, the largest
 PIXELS = 64  # along each side of a mosaic
-WALLS = 10.0  # [m] by which roofs without walls are off
 APART = 3  # levels between files of the tree
 ROOFS = ("roof", "flat", "steep", "rack")
 OVERLAP = 3.0  # [m]
@@ -81,7 +80,9 @@ def write_square(folder, place, piece, columns, look):
         uri = f"{name}_{len(tiles)}.glb"
         (folder / uri).write_bytes(data)
         tiles.append({"boundingVolume": box_of(box), "geometricError": 0, "content": {"uri": uri}})
-    tile = {"boundingVolume": box_of(box), "geometricError": WALLS, "refine": "REPLACE", "children": tiles}
+    # Roofs without walls are off by the height of the tallest building.
+    tall = tallest(shapes.corners[:, 2], columns["building"][shapes.feature])
+    tile = {"boundingVolume": box_of(box), "geometricError": tall, "refine": "REPLACE", "children": tiles}
     drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
     roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
     if len(roofs):
@@ -91,6 +92,15 @@ def write_square(folder, place, piece, columns, look):
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
     return Node(tile, box, *sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
+
+
+def tallest(height, building):
+    """Height of the tallest of some buildings [m]: from its lowest corner to its highest."""
+    _, number = np.unique(building, return_inverse=True)
+    low, high = np.full(number.max() + 1, np.inf), np.full(number.max() + 1, -np.inf)
+    np.minimum.at(low, number, height)
+    np.maximum.at(high, number, height)
+    return float((high - low).max())
 
 
 def cut_between(building):
@@ -169,7 +179,8 @@ def join_squares(folder, place, parts, look, top=False):
         line, column = np.divmod(node.pixel, PIXELS)
         pixels.append((line // 2 + y % 2 * half) * PIXELS + column // 2 + x % 2 * half)
     pixel, sums = add_up(np.concatenate(pixels), np.concatenate([node.sums for _, node in parts]))
-    tile = {"boundingVolume": box_of(box), "geometricError": 2 * side / PIXELS, "refine": "REPLACE"}
+    error = max(2 * side / PIXELS, *(node.tile["geometricError"] for _, node in parts))
+    tile = {"boundingVolume": box_of(box), "geometricError": error, "refine": "REPLACE"}
     tile["children"] = [node.tile for _, node in parts]
     if len(pixel):
         (folder / f"{name}.glb").write_bytes(compose_mosaic(np.array(grid) * side, side, pixel, sums, look))

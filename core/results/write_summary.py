@@ -20,7 +20,10 @@ from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 
-LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
+LIBRARIES = (  # all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
+    *("cftime", "embreex", "h5netcdf", "h5py", "lxml", "mapbox-earcut", "numba", "numpy", "pandas", "pvlib", "pyproj"),
+    *("rasterio", "scikit-learn", "scipy", "shapely", "threadpoolctl", "tifffile", "tsam", "xarray"),
+)
 
 
 def write_summary(path, summary):

@@ -125,7 +125,12 @@ class Request(SystemSettings):
     sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
     estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)
     samples: int = of_light(
-        256, "hemisphere rays per patch; forward: photons from each source", title="Sky rays", panel="sampling", least=4
+        256,
+        "hemisphere rays per patch; forward: photons from each source",
+        title="Sky rays",
+        panel="sampling",
+        least=4,
+        most=2**24,
     )
     shadow_samples: int = of_light(16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1)
     patch_size: float | None = of_light(
