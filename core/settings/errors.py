@@ -76,6 +76,8 @@ def blame_file(source, problem, error, cure):
     """InputError of a file from what was raised on it, in one line."""
     words = " ".join(str(error).replace(str(source), "it").split())[:160]
     return InputError(source, f"{problem} ({type(error).__name__}: {words})", cure)
+
+
 FORMULAS = ("=", "+", "-", "@")  # with which one begins in a spreadsheet
 
 
