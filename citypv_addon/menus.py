@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..operators.city.import_city import IMPORT_LABEL
+
 GROUPS = (  # operators of the menu, between separators
     ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes", "retrace"),
     ("classify", "use_preset", "plan_effects", "predict", "trace", "find_module", "energy"),
@@ -40,4 +42,4 @@ def draw_city_menu(menu, context):
 def draw_import_menu(menu, context):
     """Add the import to the menu File > Import."""
     menu.layout.operator_context = "INVOKE_DEFAULT"
-    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .json, .obj)")
+    menu.layout.operator("citypv.choose_city", text=IMPORT_LABEL)

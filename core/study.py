@@ -9,12 +9,17 @@ Geometry is traced once, free of weather. The Transfer can be weighed with any o
 """
 
 from functools import partial
+from pathlib import Path
+
+import numpy as np
 
 from .accuracy.sun_sampling import CityYear, measure_ways
 from .accuracy.trace_run import choose_year, trace_run
+from .city.axis_order import PlaceHints
 from .city.build_scene import SceneOptions, build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
+from .city.transform_crs import grid_of
 from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
@@ -33,9 +38,11 @@ from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
 from .sun.sun_sampling import parse_sampling
+from .weather.climate_grid import is_land
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 
+ELSEWHERE = 50e3  # [m] from the middle of an earlier city, beyond which a city stands in another system
 SCENE_STAGE = "building the scene"
 
 
@@ -80,8 +87,17 @@ def read_scene(paths, request, progress=silent):
 
 
 def read_buildings(paths, request, progress=silent):
-    """City of some files, as the settings want it."""
-    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up, orient=request.orient, progress=progress)
+    """City of some files, as the settings want it.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used.
+    """
+    like = place_of_results(request.site_of)[0] if request.site_of else None
+    hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
+    how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
+    return read_city(paths, lod=request.lod, progress=progress, **how)
 
 
 def place_city(city, request):
@@ -106,10 +122,14 @@ def stand_city(city, request, report_share=silent, like=None):
     `like`, of the city before an edit, where one is given.
     """
     racks = parse_racks(request.racks)
-    terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
+    terrain = read_terrain(request.terrain, city, *conventions_of(city, request)) if request.terrain else None
     site, lattice = (like.site, like.lattice) if like else (None, None)
     if like is None and request.site_of:
-        site, lattice = place_of_results(request.site_of, city.crs)
+        site, lattice = place_of_results(request.site_of)
+        away = np.linalg.norm(np.median(city.points, axis=0)[:2] - site.origin[:2])
+        if grid_of(site) != grid_of(city) or away > ELSEWHERE:
+            problem = "its city is in another reference system"
+            raise InputError(Path(request.site_of) / "summary.json", problem, "leave out --site-of")
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     scene = build_scene(
@@ -122,6 +142,12 @@ def stand_city(city, request, report_share=silent, like=None):
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
+
+
+def conventions_of(city, request):
+    """Unit and upward axis of files that state neither: as given, else as found in the files of the city."""
+    report = city.report
+    return report.unit if request.unit == "auto" else request.unit, report.up if request.up == "auto" else request.up
 
 
 def stand_edited(city, base, request, progress=silent):

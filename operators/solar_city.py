@@ -6,6 +6,7 @@ from queue import SimpleQueue
 
 import bpy
 
+from ..core.read.formats import DROPPED
 from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
 from .city.classify_city import ClassifyCity
@@ -166,7 +167,7 @@ class CityHandler(OverView, bpy.types.FileHandler):
     """Dropping a city on a 3D view runs *Solar city*."""
 
     bl_idname, bl_label = "CITYPV_FH_city", "Solar city (CityPV)"
-    bl_import_operator, bl_file_extensions = "citypv.solar_city", ".gml;.citygml;.json;.jsonl;.obj"
+    bl_import_operator, bl_file_extensions = "citypv.solar_city", ";".join(DROPPED)
 
 
 class WeatherHandler(OverView, bpy.types.FileHandler):

@@ -139,6 +139,7 @@ def _flatten(contents, chosen, crs, report):
         report=report,
         lod=[polygon.lods[0] for polygon in polygons],
         material=[polygon.material for polygon in polygons],
+        part=[str(polygon.part or "") for polygon in polygons],
     )
     for reason, indices in changed.items():
         report.repair(reason, [city.surface_id[i] for i in indices])

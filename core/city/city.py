@@ -14,7 +14,7 @@ import numpy as np
 
 from ..settings.errors import list_some
 
-LISTS = ("surface_id", "building_id", "thematic", "lod", "material")  # columns of a City
+LISTS = ("surface_id", "building_id", "thematic", "lod", "material", "part")  # columns of a City
 
 
 @dataclass
@@ -30,6 +30,8 @@ class ImportReport:
     skipped: dict = field(default_factory=dict)  # reason -> list of ids
     skipped_area: dict = field(default_factory=dict)  # reason -> [m²] left out, if it has geometry
     notes: list = field(default_factory=list)  # sentences for the user
+    unit: str = "m"  # of `transform_crs.UNITS`, of files that name no reference system
+    up: str = "z"  # upward axis of files that do not state it
 
     def repair(self, reason, names):
         """Record which surfaces were repaired, and how."""
@@ -59,16 +61,21 @@ class City:
     surface_id: list  # (n,) str, unique
     building_id: list  # (n,) str, the top-level building
     thematic: list  # (n,) str: WallSurface, RoofSurface, GroundSurface, ClosureSurface, … or ""
-    points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the coordinate reference system of the file
+    points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the plane below
     ring_start: np.ndarray  # (r + 1,) int64 into points
     polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
-    crs: str | None  # as accepted by pyproj.CRS.from_user_input, or None if the file gives none
+    crs: str | None  # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
     report: ImportReport = field(default_factory=ImportReport)
     lod: list | None = None  # (n,) str, "" in formats without levels of detail; None if not recorded
     material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
     colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
     trees: list = field(default_factory=list)  # of Tree [m]
     terrain: object = None  # city.terrain.Terrain of the files, in the system of the points, or None
+    axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
+    plane: str | None = None  # system of the points, of `transform_crs.Grid`; None: that of the files
+    part: list | None = (
+        None  # (n,) str, the part of its building that each belongs to, "" if none; None if not recorded
+    )
 
     def __len__(self):
         return len(self.surface_id)
@@ -206,6 +213,16 @@ class Tree:
 
 
 @dataclass
+class Extent:
+    """An envelope as read from a file, in its order and units."""
+
+    srs_name: str  # "" if it names none
+    labels: str  # names of its axes, "" if it gives none
+    low: np.ndarray  # (2,) float64
+    high: np.ndarray  # (2,) float64
+
+
+@dataclass
 class FileContent:
     """All polygons of one file at all LoDs, in input order."""
 
@@ -220,7 +237,10 @@ class FileContent:
     srs_names: dict = field(default_factory=dict)  # spelling -> line of its first use
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)
+    extents: list = field(default_factory=list)  # of Extent
     crs: str | None = None
+    axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
+    up: str = "z"  # upward axis as read
     colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None if not given
     relief: Relief = field(default_factory=Relief)  # terrain of the file
     trees: list = field(default_factory=list)  # of Tree

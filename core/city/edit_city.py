@@ -10,6 +10,7 @@ import numpy as np
 from ..settings.errors import InputError
 from .city import LISTS, append_shape, free_name, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
+from .transform_crs import grid_of
 
 FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
 
@@ -105,11 +106,16 @@ def _height_above_foot(points, above, foot):
     return round(min(heights, default=highest - lowest), 3)
 
 
-def place_local(city, site, crs):
+def system_of(city):
+    """System of the files of a city, order of coordinates, and plane, as `place_local` takes them."""
+    return city.crs, city.axes, city.plane
+
+
+def place_local(city, site, crs, axes="xy", plane=None):
     """A city in metres from a site's origin, true east and north, in the system of its files: City."""
     move = partial(bring_to_grid, site=site)
     trees = [move_tree(tree, move) for tree in city.trees]
-    return replace(city, points=move(city.points), trees=trees, crs=crs)
+    return replace(city, points=move(city.points), trees=trees, crs=crs, axes=axes, plane=plane)
 
 
 def move_tree(tree, move):
@@ -129,7 +135,7 @@ def join_cities(one, other):
     InputError
         They are in different systems.
     """
-    if other.crs is not None and other.crs != one.crs:
+    if other.crs is not None and grid_of(other) != grid_of(one):
         problem = f"it is in {other.crs}, the city in {one.crs}"
         raise InputError("added buildings", problem, "give them in the system of the city")
     lists = {

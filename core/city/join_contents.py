@@ -4,31 +4,35 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import pyproj
 
 from ..settings.errors import InputError
 from ..settings.progress import report_part, report_polygons, silent
 from .assemble_city import assemble_city
-from .transform_crs import choose_crs, convert_to_metres
+from .axis_order import PlaceHints, middle_of, note_order, order_axes
+from .judge_sizes import judge_unit
+from .name_crs import choose_crs, hash_plane, pick_crs, with_zone
+from .transform_crs import LOCAL, UNITS, Grid, choose_plane, plane_of
 
-IN_DEGREES = "implicit geometry in a coordinate reference system in degrees"
+OFF_GROUND = "implicit geometry in a coordinate reference system whose axes are not metres east and north"
 JOINING = "joining polygons"  # name of the stage
 BROUGHT = 0.1  # share of the time until all are in one coordinate reference system
 
 
-def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
+def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silent, hints=None):
     """One City from the contents of files.
 
     Parameters
     ----------
     contents : list of FileContent
     lod : str, optional
-    unit : {'m', 'ft', 'us-ft'}
+    unit : {'m', 'ft', 'us-ft', 'mm', 'cm', 'in', 'auto'}
         If no file gives a coordinate reference system.
     orient : {'auto', 'as-drawn'}
         See `assemble_city`.
     progress : callable, optional
         See `core.progress`.
+    hints : PlaceHints, optional
+        What the user tells of the place.
 
     Returns
     -------
@@ -37,75 +41,157 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     Raises
     ------
     InputError
-        The files use different coordinate reference systems.
+        The files use different coordinate reference systems, or their points have no place on Earth.
     """
+    if unit not in (*UNITS, "auto"):
+        raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
     for content in contents:
-        drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
-        easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
-        content.crs, unknown = choose_crs(content.srs_names, easting, content.path)
-        for srs_name, line in unknown.items():
-            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
-        if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
-            leave_out_degrees(content)
-    crs = _common_crs(contents)
-    trees = join_trees(contents)
-    polygons = [polygon for content in contents for polygon in content.polygons]
-    polygons += [polygon for tree in trees for polygon in tree.polygons]
-    placed = [tree for tree in trees if tree.place is not None]
-    rings = [ring for polygon in polygons for ring in polygon.rings] + [tree.place[None] for tree in placed]
-    points = np.concatenate([np.empty((0, 3)), *rings])
-    points, crs, note = convert_to_metres(points, crs, unit)
-    if note:
-        contents[0].notes.append(note)
-    ends = np.cumsum([len(ring) for ring in rings]) if rings else []
-    pieces = iter(np.split(points, ends[:-1]) if rings else [])
-    for polygon in polygons:
-        polygon.rings = [next(pieces) for _ in polygon.rings]
-    for tree in placed:
-        tree.place = next(pieces)[0]
+        read_system(content)
+    hints = hints or PlaceHints()
+    crs = _common_crs(contents, hints.like)
+    join_trees(contents)
+    grid = Grid()
+    if unit == "auto":
+        unit, notes = judge_unit(contents) if crs is None else ("m", [])
+        contents[0].notes += notes
+    if crs is None:
+        contents[0].notes += [] if unit == "m" else [f"Coordinates converted from {unit} to metres."]
+    else:
+        _order_contents(contents, crs, hints)
+        grid = _choose_grid(contents, crs, hints.like)
+    for content in contents:
+        own = replace(grid, crs=content.crs, axes=content.axes, plane=_plane_for(content.crs, grid))
+        _move_content(content, own.to_plane if crs else lambda points: points * UNITS[unit])
     progress(JOINING, BROUGHT * count, count, "polygons")
 
     report_share = partial(report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0)
-    return replace(assemble_city(contents, crs, lod, orient, report_share), trees=trees)
+    trees = [tree for content in contents for tree in content.trees]
+    city = assemble_city(contents, grid.crs, lod, orient, report_share)
+    city.report.unit, city.report.up = unit, next((content.up for content in contents if content.up != "z"), "z")
+    return replace(city, trees=trees, axes=grid.axes, plane=grid.plane)
+
+
+def read_system(content):
+    """Find the coordinate reference system of a file among the names in it, and note the ones that are not known."""
+    drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
+    places = (polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0]))
+    easting = next((float(np.abs(place).max()) for place in places), None)
+    named, unknown = choose_crs(content.srs_names, easting, content.path)
+    content.crs = with_zone(named, easting, content.path)
+    if content.crs != named:
+        words = f"{content.path}: eastings begin with the number of the zone; read as {content.crs}, not {named}."
+        content.notes.append(words)
+    for srs_name, line in unknown.items():
+        content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
+
+
+def _order_contents(contents, crs, hints):
+    """Give each file its system and the order of its coordinates; what decides that of one decides open ones, too."""
+    orders = []
+    for content in contents:
+        orders.append(order_axes(middle_of(content), content.crs or crs, hints, content))
+        content.crs = content.crs or crs
+    known = next((order.axes for order in orders if order.reason), hints.like and hints.like.axes)
+    for content, order in zip(contents, orders, strict=True):
+        content.axes = order.axes if order.reason or not known else known
+    if not known or any(order.reason for order in orders):
+        notes = [note for order in orders if order.reason or not known for note in note_order(order, crs)]
+        contents[0].notes += list(dict.fromkeys(notes))
+
+
+def _choose_grid(contents, crs, like):
+    """The plane of all files: that of another city, or one around the middle of all points."""
+    if like is not None:
+        return Grid(like.crs, like.axes, like.plane)
+    bounds = []
+    for content in contents:
+        points = np.concatenate([np.empty((0, 3)), *_rings_of(content)])
+        if len(points):
+            ends = np.stack([points.min(axis=0), points.max(axis=0)])
+            bounds.append(ends if content.axes == contents[0].axes else ends[:, [1, 0, 2]])
+    grid, note = choose_plane(crs, contents[0].axes, np.concatenate([np.empty((0, 3)), *bounds]))
+    contents[0].notes += [note] if note else []
+    if grid.plane is not None and plane_of(grid.plane)[0].name == LOCAL:
+        for content in contents:
+            leave_out_implicit(content)
+    return grid
+
+
+def _plane_for(crs, grid):
+    """Plane that points of a system are brought to, None where it is their own."""
+    if grid.crs is None or crs is None:
+        return None
+    return grid.plane or (None if hash_plane(crs) == hash_plane(grid.crs) else grid.crs)
+
+
+def _rings_of(content):
+    rings = [ring for polygon in content.polygons for ring in polygon.rings]
+    rings += [ring for tree in content.trees for polygon in tree.polygons for ring in polygon.rings]
+    return rings + [tree.place[None] for tree in content.trees if tree.place is not None]
+
+
+def _move_content(content, move):
+    """Move all points of a file."""
+    rings = _rings_of(content)
+    points = move(np.concatenate([np.empty((0, 3)), *rings]))
+    if not np.isfinite(points).all():
+        raise InputError(content.path, "has points where its system does not hold", "correct the srsName")
+    ends = np.cumsum([len(ring) for ring in rings]) if rings else []
+    pieces = iter(np.split(points, ends[:-1]) if rings else [])
+    trees = [polygon for tree in content.trees for polygon in tree.polygons]
+    for polygon in [*content.polygons, *trees]:
+        polygon.rings = [next(pieces) for _ in polygon.rings]
+    for tree in content.trees:
+        if tree.place is not None:
+            tree.place = next(pieces)[0]
 
 
 def join_trees(contents):
-    """Trees of all files, each once: a neighbouring tile may hold the same one. List of Tree."""
-    seen, trees = set(), []
+    """Leave out trees that an earlier file has, too: neighbouring tiles may hold the same one."""
+    seen = set()
     for content in contents:
-        for tree in content.trees:
+        before, content.trees = content.trees, []
+        for tree in before:
             shape = tuple(ring.tobytes() for polygon in tree.polygons for ring in polygon.rings)
             key = tree.name, None if tree.place is None else tree.place.tobytes(), hash(shape)
             if key in seen:
                 content.skip("tree already read", tree.name)
                 continue
             seen.add(key)
-            trees.append(tree)
-    return trees
+            content.trees.append(tree)
 
 
-def leave_out_degrees(content):
-    """Leave out implicit geometry: its coordinates in metres cannot be added to a reference point in degrees."""
+def leave_out_implicit(content):
+    """Leave out implicit geometry: its metres cannot be added to a reference point in another unit or scale."""
     for polygon in content.polygons:
         if polygon.implicit:
-            content.skip(IN_DEGREES, polygon.surface_id or f"line {polygon.line}")
+            content.skip(OFF_GROUND, polygon.surface_id or f"line {polygon.line}")
     content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
     for tree in [tree for tree in content.trees if any(polygon.implicit for polygon in tree.polygons)]:
-        content.skip(IN_DEGREES, tree.name)
+        content.skip(OFF_GROUND, tree.name)
         tree.polygons = []
         if tree.height is None:
             content.trees.remove(tree)
 
 
-def _common_crs(contents):
+def _common_crs(contents, like=None):
+    """The one system of all files, that of a city like which they are where one is given; None: none names one."""
     named = {content.crs: content for content in contents if content.crs}
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        first, second = list(named)[:2]
+    if like is not None:
+        for crs, content in named.items():
+            # Results of earlier versions name the plane that feet and degrees were brought to, not the system.
+            if like.crs is None or (hash_plane(crs) != hash_plane(like.crs) and not like.crs.startswith("+proj")):
+                cure = "give it in the system of the city"
+                raise InputError(content.path, f"it is in {crs}, the city in {like.crs or 'no known system'}", cure)
+    grids = {hash_plane(crs): crs for crs in named}
+    if len(grids) > 1:
+        first, second = list(grids.values())[:2]
         problem = f"is in {second}, but {named[first].path} in {first}"
         raise InputError(named[second].path, problem, "convert all files to one coordinate reference system")
+    crs = pick_crs(named) or (like.crs if like is not None else None)
     for content in contents:
-        if named and content.crs is None:
-            content.notes.append(f"{content.path} has no coordinate reference system; {max(named)} is assumed.")
-    return max(named, key=len, default=None)
+        if crs and content.crs is None:
+            content.notes.append(f"{content.path} has no coordinate reference system; {crs} is assumed.")
+    return crs

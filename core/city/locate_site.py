@@ -9,10 +9,10 @@ import numpy as np
 import pyproj
 
 from ..settings.errors import InputError
+from .axis_order import MARGIN
 from .scene import Site
-from .transform_crs import plane_of
+from .transform_crs import find_globe_places, plane_of
 
-MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
 STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
 
 
@@ -26,7 +26,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
     Parameters
     ----------
     crs : str or None
-        As accepted by pyproj.CRS.from_user_input; planar, in metres.
+        As accepted by pyproj.CRS.from_user_input; planar, in metres, x east, y north.
     point : sequence of float, (2,) or (3,) [m]
         East and north in that system.
     latitude, longitude : float, optional
@@ -54,15 +54,16 @@ def locate_site(crs, point, latitude=None, longitude=None):
             raise InputError(f"--{missing}", problem, "give both --latitude D --longitude D")
         return latitude, longitude, 0.0
     plane, _ = plane_of(crs)
-    globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
-    here, north = (globe.transform(point[0], point[1] + step) for step in (0.0, STEP))
+    steps = np.array([[point[0], point[1]], [point[0], point[1] + STEP]])
+    here, north = np.column_stack(find_globe_places(steps, plane)[::-1])
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:
             return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
-        raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
+        raise InputError(plane.name, problem, "correct the srsName, or give --latitude and --longitude")
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
-    latitude, longitude = here[1] if latitude is None else latitude, here[0] if longitude is None else longitude
+    latitude = float(here[1]) if latitude is None else latitude
+    longitude = float(here[0]) if longitude is None else longitude
     return latitude, longitude, float(azimuth)
 
 
@@ -118,6 +119,30 @@ def bring_to_origin(points, site):
 def bring_to_grid(points, site):
     """Points of the scene's frame in the coordinates of the files: the inverse of `bring_to_origin`."""
     return turn_to_true_north(points, -site.convergence) + np.array(site.origin)
+
+
+def find_on_earth(points, site):
+    """Latitudes and longitudes of points of the scene's frame, (m, 3) float64 [m].
+
+    By the reference system or, where the city has none or was set up elsewhere, by its own place and north.
+
+    Returns
+    -------
+    latitude, longitude : array, (m,) float64 [°]
+        NaN where the place is not known.
+    """
+    if site.latitude is None or site.longitude is None:
+        return np.full((2, len(points)), np.nan)
+    if site.crs is not None:
+        plane, _ = plane_of(site.plane or site.crs)
+        own = np.array(find_globe_places(np.array([site.origin])[:, :2], plane))
+        if np.allclose(own[:, 0], [site.latitude, site.longitude], rtol=0, atol=1e-6):
+            found = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
+            return np.where(np.isfinite(found), found, np.nan)
+    globe, ones = pyproj.Geod(ellps="WGS84"), np.ones(len(points))
+    azimuth, length = np.degrees(np.arctan2(points[:, 0], points[:, 1])), np.hypot(points[:, 0], points[:, 1])
+    longitude, latitude, _ = globe.fwd(site.longitude * ones, site.latitude * ones, azimuth, length)
+    return latitude, longitude
 
 
 def turn_to_true_north(points, convergence):

@@ -267,5 +267,6 @@ def city_with_racks(city, scene):
         thematic=[*city.thematic, *scene.surfaces.thematic[first:]],
         lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
         material=[*city.material, *[""] * count] if city.material else None,
+        part=[*city.part, *[""] * count] if city.part else None,
         **append_shape(city, corners, 4 * np.arange(count + 1), np.arange(count + 1)),
     )

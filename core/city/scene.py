@@ -36,8 +36,10 @@ class Site:
     longitude: float | None  # [°]
     altitude: float  # [m]
     convergence: float  # [°] azimuth of grid north from true north; the scene is already rotated by it
-    crs: str | None
-    origin: tuple  # (3,) [m] the scene's origin in the coordinate reference system of the files
+    crs: str | None  # of the files
+    origin: tuple  # (3,) [m] the scene's origin in the plane below
+    axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
+    plane: str | None = None  # system in true metres, of `transform_crs.Grid`; None: that of the files
 
 
 @dataclass

@@ -1,106 +1,24 @@
-"""Coordinate reference systems: names as pyproj knows them, east before north, metres; and from one to another.
+"""Coordinate reference systems: the plane in true metres that a city stands in, and the ways between it and its files.
 
-Points in degrees or feet become planar metres, x east, y north.
+Files have the units, the directions and the order of axes of their own system. A city has metres, x east, y north.
 """
 
-import re
-import warnings
+import copy
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import pyproj
+from pyproj.crs import ProjectedCRS
+from pyproj.crs.coordinate_operation import TransverseMercatorConversion
 
 from ..settings.errors import InputError
 
-UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}  # [m]
-# Names used by German surveys; the vertical system follows after "*".
-SURVEYS = "urn:adv:crs:"
-ADV_NAMES = {
-    r"ETRS89_UTM(\d\d)": lambda zone: f"EPSG:258{zone}",
-    r"DE_DHDN_3GK(\d)": lambda zone: f"EPSG:3146{4 + int(zone)}",
-}
-# Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7 digits).
-SWISS_NAMES = ("CH1903", "CH1903+", "LV03", "LV95")
-
-
-def name_crs(srs_name, easting=None):
-    """Name of a coordinate reference system for pyproj.
-
-    Parameters
-    ----------
-    srs_name : str
-        As in the file: ``EPSG:25833``, ``urn:ogc:def:crs:EPSG::25833``,
-        ``urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH``, ``http://www.opengis.net/def/crs/EPSG/0/6697``, ``CH1903``, …
-    easting : float, optional
-        First coordinate of any point [units of the system]; distinguishes the Swiss grids.
-
-    Returns
-    -------
-    str or None
-        None if the spelling is not known to us or to PROJ.
-    """
-    text = srs_name.strip()
-    for name in _candidates(text, easting):
-        try:
-            pyproj.CRS.from_user_input(name)
-        except pyproj.exceptions.CRSError:
-            continue
-        return name
-    return None
-
-
-def choose_crs(srs_names, easting, path):
-    """The one coordinate reference system that a file names.
-
-    Parameters
-    ----------
-    srs_names : dict
-        Spelling -> line in the file.
-    easting : float or None
-        As of `name_crs`.
-    path : path-like
-
-    Returns
-    -------
-    str or None
-        None if it names none that is known.
-    dict
-        Spellings that are not known, and their lines.
-
-    Raises
-    ------
-    InputError
-        It names two.
-    """
-    named, unknown = {}, {}
-    for srs_name, line in srs_names.items():
-        crs = name_crs(srs_name, easting)
-        if crs is None:
-            unknown[srs_name] = line
-        else:
-            named.setdefault(crs, f"{srs_name!r} (line {line})")
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        problem = f"uses two coordinate reference systems: {' and '.join(list(named.values())[:2])}"
-        raise InputError(path, problem, "convert it to one of them")
-    return max(named, key=len, default=None), unknown
-
-
-def _candidates(text, easting):
-    lowered = text.lower()
-    if text.upper() in SWISS_NAMES:
-        seven_digits = easting is not None and abs(easting) > 1e6
-        yield "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
-    word = text[len(SURVEYS) :].split("*")[0] if lowered.startswith(SURVEYS) else ""
-    for pattern, write in ADV_NAMES.items():
-        if match := re.fullmatch(pattern, word, re.IGNORECASE):
-            yield write(match[1])
-    # A code is the last number after each "EPSG", whatever stands between (version, colons, slashes).
-    words = [word for piece in lowered.split("epsg")[1:] for word in re.split(r"[:/#?&,+*; ]+|crs$", piece)]
-    codes = [word for word in words if re.fullmatch(r"\d{4,6}", word)][:2]
-    if codes:
-        yield "EPSG:" + "+".join(codes)
-        yield f"EPSG:{codes[0]}"
-    if lowered.startswith(("urn:", "http")) or (not codes and re.search(r"\d", text)):
-        yield text
+UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937, "mm": 0.001, "cm": 0.01, "in": 0.0254}  # [m]
+SCALE = 0.003  # by which a step of a plane may differ from one on Earth: less than any error of the light
+EAST_NORTH = {"east", "north"}
+LOCAL = "local transverse Mercator"  # name of a plane around the middle of a city
+STEP = 100.0  # [m] large against rounding, small against the curvature of a parallel
 
 
 def plane_of(crs):
@@ -121,7 +39,7 @@ def plane_of(crs):
     return plane, 1.0 if plane.is_geographic else plane.axis_info[0].unit_conversion_factor
 
 
-def transform_crs(places, source, target, path):
+def transform_crs(places, source, target, path=None):
     """Transform points, east first, from one coordinate reference system to another.
 
     Parameters
@@ -129,22 +47,24 @@ def transform_crs(places, source, target, path):
     places : array, (k, 2) float64
         In the units of the source system.
     source, target : str or pyproj.CRS
-    path : path-like
-        For error messages.
+    path : path-like, optional
+        Named in the error.
 
     Returns
     -------
     places : array, (k, 2) float64
+        Infinite outside the area in which the target system is defined, where no path is given.
 
     Raises
     ------
     InputError
-        A point lies outside the area in which the target system is defined.
+        A point lies there.
     """
     (source, _), (target, _) = plane_of(source), plane_of(target)
-    turn = pyproj.Transformer.from_crs(source, target, always_xy=True)
-    there = np.column_stack(turn.transform(*np.asarray(places, float).T))
-    if not np.isfinite(there).all():
+    turn = pyproj.Transformer.from_crs(source, target)
+    there = np.column_stack(turn.transform(*_as_registered(np.asarray(places, float), source, "xy").T))
+    there = _as_registered(there, target, "xy")
+    if path is not None and not np.isfinite(there).all():
         raise InputError(path, f"does not lie where {target.name} is defined", "give terrain that covers the city")
     return there
 
@@ -160,110 +80,202 @@ def turn_towards(longitude, middle, turn):
     return middle + (longitude - middle + turn / 2) % turn - turn / 2
 
 
-def convert_to_metres(points, crs, unit="m"):
-    """Points in metres, and the coordinate reference system they are then in.
+@lru_cache(maxsize=64)
+def globe_of(plane):
+    """Latitude and longitude, in degrees from Greenwich, on the datum of a plane: pyproj.CRS."""
+    members = copy.deepcopy(plane.geodetic_crs.to_2d().to_json_dict())
+    members.pop("id", None)
+    for key in ("datum", "datum_ensemble"):
+        members.get(key, {}).pop("prime_meridian", None)
+    axes = [
+        {"name": name, "abbreviation": short, "direction": direction, "unit": "degree"}
+        for name, short, direction in (("Latitude", "lat", "north"), ("Longitude", "lon", "east"))
+    ]
+    return pyproj.CRS.from_json_dict(members | {"coordinate_system": {"subtype": "ellipsoidal", "axis": axes}})
 
-    Degrees are projected to a transverse Mercator plane centred on the points, with scale 1 there. Feet become metres
-    of the same projection; heights have the unit of the vertical axis or, without one, of the horizontal axes.
+
+def find_globe_places(places, plane, axes="xy"):
+    """Latitudes and longitudes of points of a plane.
 
     Parameters
     ----------
-    points : array, (m, 3) float64
-        In the units and the axis order of the file.
-    crs : str or None
-    unit : {'m', 'ft', 'us-ft'}
-        For points without a coordinate reference system.
+    places : array, (k, 2) float64
+        In the units of the plane.
+    plane : pyproj.CRS
+    axes : {'xy', 'yx'}
+        Which of the two coordinates stands first: that along the meridian ('yx') or the other one.
 
     Returns
     -------
-    points : array, (m, 3) float64 [m]
-    crs : str or None
+    latitude, longitude : array, (k,) float64 [°]
+        Infinite where the plane does not hold.
+    """
+    turn = pyproj.Transformer.from_crs(plane, globe_of(plane))
+    return turn.transform(*_as_registered(np.asarray(places, float), plane, axes).T)
+
+
+def registered_axes(plane):
+    """The order in which the registry has the axes of a plane: 'yx' where that along the meridian is the first."""
+    first, second = plane.axis_info[:2]
+    if second.direction in ("north", "south") and first.direction in ("north", "south"):  # around a pole
+        return "yx" if first.abbrev.upper() == "N" else "xy"
+    return "yx" if first.direction in ("north", "south") else "xy"
+
+
+def _as_registered(points, plane, axes):
+    """Points with the axes in one order, in that of the registry, or from there in the other direction."""
+    return points if axes == registered_axes(plane) else points[:, [1, 0, *range(2, points.shape[1])]]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The system of files, and the plane in true metres, x east, y north, in which their city stands."""
+
+    crs: str | None = None  # of the files, as accepted by pyproj.CRS.from_user_input; None if they give none
+    axes: str = "xy"  # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
+    plane: str | None = None  # as crs; None where the plane is that of the system itself
+
+    def to_plane(self, points):
+        """Points of the files, (m, 3) float64, in the plane [m]."""
+        system, factor = plane_of(self.crs)
+        heights = points[:, 2] * factor
+        if self.plane is None:
+            places = points[:, :2] if self.axes == "xy" else points[:, 1::-1]
+        else:
+            places = transform_crs(points[:, :2] if self.axes == "xy" else points[:, 1::-1], system, self.plane)
+        return np.column_stack([places, heights])
+
+    def to_files(self, points, axes=None):
+        """Points of the plane, (m, 3) float64 [m], in the system of the files, in their order or in another one."""
+        axes = axes or self.axes
+        if self.crs is None:
+            return points
+        system, factor = plane_of(self.crs)
+        places = points[:, :2]
+        if self.plane is not None:
+            places = transform_crs(places, self.plane, system)
+        return np.column_stack([places if axes == "xy" else places[:, ::-1], points[:, 2] / factor])
+
+
+def grid_of(place):
+    """Grid of a City or a Site."""
+    return Grid(place.crs, place.axes, place.plane)
+
+
+def choose_plane(crs, axes, points):
+    """The plane in true metres for points of files.
+
+    That of their own system where it has metres, x east, y north, and a scale within 0.3 % of 1 at the middle of the
+    points; the same projection in metres where only the unit differs; else a transverse Mercator around that middle.
+
+    Parameters
+    ----------
+    crs : str
+    axes : {'xy', 'yx'}
+    points : array, (m, 3) float64
+        In the order and the units of the files.
+
+    Returns
+    -------
+    Grid
     note : str or None
-        What was converted, as a sentence.
+        What was done, as a sentence.
 
     Raises
     ------
     InputError
-        The unit is not known, or the points cannot be projected to a plane: geocentric coordinates, beyond 90 or 360
-        degrees, or too far apart.
+        The points have no place on Earth: beyond 90 or 360 degrees, or too far apart for one plane.
     """
-    if unit not in UNITS:
-        raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
-    if crs is None:
-        note = None if unit == "m" else f"Coordinates converted from {unit} to metres."
-        return points * UNITS[unit], None, note
-    system = pyproj.CRS.from_user_input(crs)
-    plane, height_factor = system.sub_crs_list[0] if system.is_compound else system, plane_of(system)[1]
-    if plane.is_geographic:
-        return _project(points, system, plane, height_factor)
-    if plane.is_geocentric:
-        raise InputError(crs, "geocentric coordinates are not supported", "project them to a plane first")
-    factor = plane.axis_info[0].unit_conversion_factor
-    points, turned = east_first(points, plane)
-    if factor == 1 and height_factor == 1:
-        return points, crs, turned
-    name = plane.axis_info[0].unit_name
-    note = f"Coordinates converted from {name} to metres."
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # PROJ strings lose the name of the system, not its numbers
-        words = plane.to_proj4().split()
-    words = [word for word in words if not word.startswith(("+units=", "+to_meter=", "+type="))]
-    points = points * [factor, factor, height_factor]
-    return points, " ".join([*words, "+units=m", "+type=crs"]), " ".join(filter(None, [note, turned]))
+    system, _ = plane_of(crs)
+    if not len(points):
+        return Grid(crs, axes), None
+    middle = 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
+    if system.is_geographic:
+        _check_degrees(_east_first(points, axes), system)
+        note = f"Degrees of {system.name} projected to metres around their middle."
+        grid = Grid(crs, axes, _local_plane(system, middle, axes))
+    else:
+        unit = system.axis_info[0].unit_conversion_factor
+        scale, turned = measure_steps(system, middle, axes)
+        directions = {axis.direction for axis in system.axis_info[:2]}
+        straight = directions == EAST_NORTH and not turned and (np.abs(scale - 1) <= SCALE).all()
+        if straight or not np.isfinite(scale).all():
+            if unit == 1:
+                return Grid(crs, axes), None
+            note = f"Coordinates converted from {system.axis_info[0].unit_name} to metres."
+            return Grid(crs, axes, _in_metres(system)), note
+        scales = " and ".join(f"{value:.4g}" for value in scale)
+        why = f"has a scale of {scales} along east and north here"
+        if directions != EAST_NORTH or turned:
+            why = f"counts to the {' and '.join(axis.direction for axis in system.axis_info[:2])}"
+        note = f"{system.name} {why}: the city was brought to true metres east and north; what is written is as read."
+        grid = Grid(crs, axes, _local_plane(system, middle, axes))
+    return grid, note
 
 
-def _project(points, system, plane, height_factor):
-    """Degrees to metres around the middle of the points."""
-    points, _ = east_first(points, plane)
-    longitude, latitude = points[:, 0], points[:, 1]
-    if len(points) and (np.abs(latitude).max() > 90 or np.abs(longitude).max() > 360):
-        raise InputError(system.name, "degrees expected, the coordinates are beyond 90 or 360", "correct the srsName")
-    middle = [0.5 * (values.min() + values.max()) if len(points) else 0.0 for values in (longitude, latitude)]
-    ellipsoid = plane.ellipsoid
-    shape = f"+a={ellipsoid.semi_major_metre:.10g} +rf={ellipsoid.inverse_flattening:.12g}"
-    local = f"+proj=tmerc +lon_0={middle[0]:.9f} +lat_0={middle[1]:.9f} +k=1 {shape} +units=m +type=crs"
-    east, north = pyproj.Proj(local)(longitude, latitude)
-    if not (np.isfinite(east).all() and np.isfinite(north).all()):
-        places = " and ".join(f"{values.min():g} to {values.max():g}" for values in (longitude, latitude))
-        problem = f"longitudes and latitudes of {places}: too far apart for one plane"
-        raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
-    note = f"Degrees of {system.name} projected to metres around their middle."
-    return np.column_stack([east, north, points[:, 2] * height_factor]), local, note
-
-
-def _within(longitude, latitude, area, margin=1.0):
-    inside = (longitude >= area.west - margin) & (longitude <= area.east + margin)
-    return bool(np.all(inside & (latitude >= area.south - margin) & (latitude <= area.north + margin)))
-
-
-def east_first(points, plane):
-    """Points with east before north, swapped if needed.
-
-    Degrees are in the axis order of their system, unless only the other order is within its area of use. Most files
-    with planar systems give east first, whatever the registry's axis order.
+def measure_steps(plane, middle, axes):
+    """Scale of a plane along its two axes at a place, and whether they are left-handed, so that all would be mirrored.
 
     Parameters
     ----------
-    points : array, (m, 3) float64
     plane : pyproj.CRS
-        The horizontal part of their system.
+        Projected.
+    middle : (2,) float64
+    axes : {'xy', 'yx'}
 
     Returns
     -------
-    points : array, (m, 3) float64
-    note : str or None
-        What was done against expectation, as a sentence.
+    scale : array, (2,) float64
+        Metres of the plane in one of the Earth, along x and along y; infinite where the plane does not hold.
+    left_handed : bool
     """
-    area = plane.area_of_use
-    if plane.is_geographic:
-        turned = points[:, [1, 0, 2]]
-        points, other = (points, turned) if plane.axis_info[0].direction == "east" else (turned, points)
-        swap = area is not None and not _within(*points[:, :2].T, area) and _within(*other[:, :2].T, area)
-        return (other if swap else points), None
-    if area is None or not len(points):
-        return points, None
-    back = pyproj.Transformer.from_crs(plane, plane.geodetic_crs, always_xy=True)
-    x, y = np.median(points[:, 0]), np.median(points[:, 1])
-    if _within(*back.transform(x, y), area) or not _within(*back.transform(y, x), area):
-        return points, None
-    return points[:, [1, 0, 2]], "Coordinates are north first in the file; swapped to east first."
+    unit = plane.axis_info[0].unit_conversion_factor
+    x, y = middle if axes == "xy" else middle[::-1]
+    places = np.array([[x, y], [x + STEP / unit, y], [x, y + STEP / unit]])
+    latitude, longitude = find_globe_places(places, plane)
+    if not (np.isfinite(latitude).all() and np.isfinite(longitude).all()):
+        return np.full(2, np.inf), False
+    start = np.repeat([longitude[0]], 2), np.repeat([latitude[0]], 2)
+    azimuth, _, length = plane.get_geod().inv(*start, longitude[1:], latitude[1:])
+    # Clockwise from the step along x to that along y: 270° where x is a quarter turn right of y.
+    quarter = (azimuth[1] - azimuth[0]) % 360
+    return STEP / np.asarray(length), quarter < 180
+
+
+def _east_first(points, axes):
+    return points if axes == "xy" else points[:, [1, 0, 2]]
+
+
+def _check_degrees(points, system):
+    """Raise an error where degrees are beyond what there is, or too far apart for one plane."""
+    unit = np.degrees(system.axis_info[0].unit_conversion_factor)
+    low, high = points[:, :2].min(axis=0) * unit, points[:, :2].max(axis=0) * unit
+    if max(-low[1], high[1]) > 90 or max(-low[0], high[0]) > 360:
+        raise InputError(system.name, "degrees expected, the coordinates are beyond 90 or 360", "correct the srsName")
+    if high[0] - low[0] > 60 or high[1] - low[1] > 60:
+        places = " and ".join(f"{first:g} to {last:g}" for first, last in zip(low, high, strict=True))
+        problem = f"longitudes and latitudes of {places}: too far apart for one plane"
+        raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
+
+
+def _local_plane(system, middle, axes):
+    """Transverse Mercator with scale 1 at a place of a system, on its datum: WKT."""
+    (latitude,), (longitude,) = find_globe_places([middle], system, axes)
+    if not np.isfinite([latitude, longitude]).all():
+        problem = f"the point {middle[0]:g}, {middle[1]:g} lies outside {system.name}"
+        raise InputError(system.name, problem, "correct the srsName, or the coordinates")
+    # Some metres beside the middle the scale is the same, and a city that was written has the same plane again.
+    conversion = TransverseMercatorConversion(round(latitude, 4), round(longitude, 4), 0, 0, 1)
+    return ProjectedCRS(conversion, LOCAL, geodetic_crs=globe_of(system)).to_wkt()
+
+
+def _in_metres(system):
+    """The same projection with metres, x east, y north: WKT."""
+    members = copy.deepcopy(system.to_json_dict())
+    members.pop("id", None)
+    axes = [
+        {"name": name, "abbreviation": name[0], "direction": direction, "unit": "metre"}
+        for name, direction in (("Easting", "east"), ("Northing", "north"))
+    ]
+    members |= {"name": f"{system.name}, in metres", "coordinate_system": {"subtype": "Cartesian", "axis": axes}}
+    return pyproj.CRS.from_json_dict(members).to_wkt()

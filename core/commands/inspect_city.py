@@ -7,12 +7,14 @@ import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
 from ..city.crowns import volume_of_crowns
+from ..city.transform_crs import grid_of, measure_steps, plane_of
 from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
 from ..study import read_buildings, stand_city
 
+AXES = {"xy": ", east first", "yx": ", north first"}
 NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}
 
 
@@ -53,6 +55,7 @@ def inspect_city(paths, request, progress=silent):
     return {
         "report": asdict(scene.report),
         "site": asdict(scene.site),
+        "read_as": describe_reading(city, scene),
         "surfaces": len(surfaces),
         "holes": int((np.diff(city.polygon_start) - 1).sum()),
         "kinds": group_areas(surfaces.kind, surfaces.area),
@@ -65,6 +68,20 @@ def inspect_city(paths, request, progress=silent):
             for one in list_findings(scene)
         ],
     }
+
+
+def describe_reading(city, scene):
+    """What was chosen where files leave it open: order of axes, scale, unit, upward axis, levels of detail.
+
+    The scale is that of the files' own system along east and north at the site; 1 where it is true, and without one.
+    """
+    site, scale = scene.site, [1.0, 1.0]
+    if site.crs is not None and not plane_of(site.crs)[0].is_geographic:
+        middle = grid_of(site).to_files(np.array([site.origin]), "xy")[0, :2]
+        measured = measure_steps(plane_of(site.crs)[0], middle, "xy")[0]
+        scale = [round(float(value), 5) if np.isfinite(value) else None for value in measured]
+    levels = scene.report.lods_chosen
+    return {"axes": site.axes, "scale": scale, "unit": city.report.unit, "up": city.report.up, "levels": levels}
 
 
 def group_areas(names, area, chosen=None):
@@ -91,7 +108,7 @@ def describe_city(found):
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
         f"LoDs found   {met}",
         f"LoDs used    {used}",
-        f"CRS          {site['crs'] or 'none'}",
+        f"CRS          {site['crs'] or 'none'}{AXES[site['axes']] if site['crs'] else ''}",
         f"place        {place}",
         f"grid north   at {show_number(site['convergence'], 4, plus=True)}° from true north",
     ]

@@ -4,12 +4,15 @@ import os
 import sys
 import time
 
+import numpy as np
+
 from ..city.choose_levels import SHAPELESS
 from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of, list_some, show_number, show_signs
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 from ..weather.weather import describe_distance
 
+WIDE = 30.0  # [km] across, from which a run says so before its ground is laid
 NAMED = 5  # buildings that are named in one line
 
 
@@ -110,6 +113,16 @@ def describe_scene(scene):
     lines += [f"skipped {len(ids):,}: {reason}" for reason, ids in report.skipped.items()]
     lines += [f"repaired {count_of(len(ids), 'surface')}: {reason}" for reason, ids in report.repaired.items()]
     return lines + list(report.notes)
+
+
+def describe_extent(city):
+    """A line on a city so wide that its ground and rays take long, before they do: list of str."""
+    width = np.ptp(city.points[:, :2], axis=0) / 1000  # [km]
+    if width.max() < WIDE:
+        return []
+    hints = [note for note in city.report.notes if "--unit" in note or "--up" in note]
+    words = f"{width[0]:,.0f} × {width[1]:,.0f} km: a scene this wide takes minutes."
+    return [f"{words} If the city is smaller, check --unit and where its outermost buildings stand.", *hints]
 
 
 def describe_weather(weather, site):

@@ -32,7 +32,15 @@ from ..study import (
     trace_base,
 )
 from .refine_run import refine_run
-from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
+from .run_log import (
+    RunLog,
+    describe_extent,
+    describe_interruption,
+    describe_overrun,
+    describe_scene,
+    describe_weather,
+    report_outcome,
+)
 from .spend_budget import spend_budget
 from .write_run import Output, Results, write_energy, write_exports, write_results, write_run
 
@@ -76,6 +84,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
+        for line in describe_extent(city):
+            log.write(f"  {line}")
         scene = place_city(city, request)
         log.clock.lap("read city")
         find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long

@@ -4,9 +4,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import pandas as pd
 
-from ..city.edit_city import Change, edit_city, place_local
+from ..city.axis_order import PlaceHints
+from ..city.edit_city import Change, edit_city, place_local, system_of
 from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
@@ -18,7 +20,8 @@ from ..results.output_folder import whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
-from ..study import compute_energy, read_year, stand_edited
+from ..study import ELSEWHERE, compute_energy, conventions_of, read_year, stand_edited
+from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
 from .write_run import Output, Results, write_exports, write_results, write_run
 
@@ -90,14 +93,26 @@ def read_change(wish, kept):
     """The change, with the cities of the files that are added: Change."""
     added = []
     for path in wish.add:
-        city = read_city([path], unit=kept.request.unit, up=kept.request.up, orient=kept.request.orient)
+        request, conventions = kept.request, conventions_of(kept.city, kept.request)
+        like = None if wish.local or kept.city.crs is None else kept.city
+        hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
+        city = read_city([path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints)
         if wish.local:
-            city = place_local(city, kept.scene.site, kept.city.crs)
-        elif city.crs is None and kept.city.crs is not None:
-            cure = "add --local if it is in metres from the local origin of the base"
-            raise InputError(path, "names no coordinate reference system", cure)
+            city = place_local(city, kept.scene.site, *system_of(kept.city))
+        _check_distance(path, city, kept.city)
         added.append(city)
     return Change(wish.remove, wish.move, wish.raised, tuple(added))
+
+
+def _check_distance(path, city, base):
+    """Raise an error if a city to be added stands far from the other one."""
+    low, high = base.points[:, :2].min(axis=0) - ELSEWHERE, base.points[:, :2].max(axis=0) + ELSEWHERE
+    places = [city.points[:, :2], *(tree.place[None, :2] for tree in city.trees if tree.place is not None)]
+    middle = np.median(np.concatenate(places), axis=0)
+    if not ((middle >= low) & (middle <= high)).all():
+        away = np.hypot(*(middle - 0.5 * (low + high))) / 1000
+        cure = "add --local if it is in metres from the local origin of the base"
+        raise InputError(path, f"stands {away:,.0f} km from the base, or names no coordinate reference system", cure)
 
 
 def write_albedos(place, source, city, albedo_of):

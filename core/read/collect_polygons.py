@@ -128,7 +128,9 @@ def _step(child, kind, place, content):
     """Context inside a child element, or None if it is to be skipped."""
     attributes = child.attrib
     if attributes:
-        _note_srs_name(child, content)
+        # Points in attributes and extensions may be in another system than the surfaces.
+        if place.lod is not None or kind.startswith("lod"):
+            _note_srs_name(child, content)
         if "srsDimension" in attributes:
             place = place._replace(dimension=attributes["srsDimension"])
     if kind == "interior":  # cavities inside a solid receive no light

@@ -96,14 +96,18 @@ def parse_obj(path, up="z", report_share=silent):
         elif keyword in FREE_FORMS or keyword not in SILENT:
             known = keyword if keyword in FREE_FORMS else "(unknown)"
             parts.left_out[known] = parts.left_out.get(known, 0) + 1
-    points = np.array(vertices, float).reshape(-1, 3)
-    parts.vertices = points if up == "z" else points[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    parts.vertices = turn_up(np.array(vertices, float).reshape(-1, 3), up)
     for face, line in zip(faces, parts.lines, strict=True):
         if face and max(face) >= len(vertices):
             problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {len(vertices)}"
             raise InputError(path, problem, CUT)
     parts.faces = [np.array(face, np.int64) for face in faces]
     return parts
+
+
+def turn_up(points, up):
+    """Points, (v, 3), of a file whose y axis points up, or z: with z up. With y, north is -z."""
+    return points if up == "z" else points[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
 
 
 def _statements(path, report_share):

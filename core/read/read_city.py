@@ -5,6 +5,7 @@ from pathlib import Path
 from ..city.join_contents import join_contents
 from ..settings.errors import InputError
 from ..settings.progress import silent
+from .formats import SUFFIXES, format_of
 from .open_input import suffix_of
 from .parse_json import speaks_of_cityjson
 from .read_citygml import read_citygml
@@ -12,13 +13,12 @@ from .read_cityjson import read_cityjson
 from .read_obj import read_obj
 from .read_relief import place_relief
 
-READERS = {".gml": read_citygml, ".citygml": read_citygml, ".xml": read_citygml}
-READERS |= {".json": read_cityjson, ".jsonl": read_cityjson, ".obj": read_obj}
+READERS = {"citygml": read_citygml, "cityjson": read_cityjson, "obj": read_obj}  # of the table in `formats`
 READING = "reading files"  # name of the stage
 LAST = 0.99  # share of a file: all of it is reached only when it is completely parsed
 
 
-def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent):
+def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent, hints=None):
     """Read files and folders of buildings into one City.
 
     Parameters
@@ -27,14 +27,16 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
         Files or folders; of a folder all files with buildings are read.
     lod : str, optional
         Level of detail; by default each building's best of 2.x, else 3, else 1.
-    unit : {'m', 'ft', 'us-ft'}
-        Of coordinates in files without a coordinate reference system.
-    up : {'z', 'y'}
-        Vertical axis, for formats that do not define it.
+    unit : {'m', 'ft', 'us-ft', 'mm', 'cm', 'in', 'auto'}
+        Of coordinates in files without a coordinate reference system; auto: by the heights of buildings.
+    up : {'z', 'y', 'auto'}
+        Vertical axis, for formats that do not define it; auto: by where floors lie.
     orient : {'auto', 'as-drawn'}
         Flip polygons that face into their building, or keep all as drawn.
     progress : callable, optional
         See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is kept.
+    hints : PlaceHints, optional
+        What the user tells of the place of the city.
 
     Returns
     -------
@@ -46,11 +48,11 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     InputError
         A file cannot be used, or a folder has none.
     """
-    if up not in ("z", "y"):
-        raise InputError("--up", f"{up!r} is not an axis", "choose z or y")
+    if up not in ("z", "y", "auto"):
+        raise InputError("--up", f"{up!r} is not an axis", "choose z, y or auto")
     contents = read_files(list_files(paths), up, progress)
-    city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
-    city.terrain = place_relief(contents, city, unit)
+    city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints)
+    city.terrain = place_relief(contents, city, city.report.unit)
     return city
 
 
@@ -69,7 +71,7 @@ def read_files(files, up, progress=silent):
         progress(READING, done + min(share, LAST) * size, total, "B")
 
     for file, size in zip(files, sizes, strict=True):
-        reader = READERS.get(suffix_of(file), read_citygml)
+        reader = READERS[format_of(file).reader]
         contents.append(reader(file, *((up,) if reader is read_obj else ()), report_share))
         done += size
         progress(READING, done, total, "B")
@@ -88,10 +90,10 @@ def list_files(paths):
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
-        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in READERS)
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES)
         # Not every JSON is of a city.
-        inside = [file for file in inside if READERS[suffix_of(file)] is not read_cityjson or speaks_of_cityjson(file)]
+        inside = [file for file in inside if "json" not in suffix_of(file) or speaks_of_cityjson(file)]
         if not inside:
-            raise InputError(path, "a folder without building files", f"known types are {', '.join(READERS)}")
+            raise InputError(path, "a folder without building files", f"known types are {', '.join(SUFFIXES)}")
         files += inside
     return files

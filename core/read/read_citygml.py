@@ -1,18 +1,23 @@
 """Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail; terrain."""
 
+import re
 from collections import Counter
 
-from ..city.city import FileContent
+import numpy as np
+
+from ..city.city import Extent, FileContent
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .collect_polygons import collect_polygons, resolve_references
+from .collect_polygons import collect_polygons, read_numbers, resolve_references
 from .collect_trees import PLANTS, collect_tree, finish_trees
+from .open_input import open_input
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
 from .read_relief import BAD_TRIANGLE, GmlRelief
 
 MEMBERS = ("cityObjectMember", "featureMember", "member")
 RELIEFS = ("ReliefFeature", "TINRelief", "RasterRelief", "MassPointRelief", "BreaklineRelief")
 IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
+CITYGML = "opengis.net/citygml"  # in the namespaces of the standard
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
@@ -42,11 +47,12 @@ def read_citygml(path, report_share=silent):
 
 def _read_declared(path, declared, report_share):
     root, namespaces = read_root(path, declared)
-    if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
+    if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(path):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
-    content, others = FileContent(path), Counter()
+    content, others, extended = FileContent(path), Counter(), Counter()
     content.plants = FileContent(path, srs_names=content.srs_names)
+    enveloped = {}  # systems that envelopes name: they count where no geometry names one
     relief, before = GmlRelief(content.relief), 0  # terrain triangles before the current member
     tags = ("Building", "Envelope", "appearanceMember", "Triangle", *PLANTS, *MEMBERS)
     for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
@@ -59,23 +65,58 @@ def _read_declared(path, declared, report_share):
                 content.skip(f"{BAD_TRIANGLE} ({problem})", f"line {element.sourceline}")
         elif name in PLANTS:
             collect_tree(element, content)
-        elif name == "Envelope" and element.get("srsName"):  # of a relief, or of the buildings
-            of_relief = next(element.iterancestors(*IN_RELIEF), None) is not None
-            names = content.relief.srs_names if of_relief else content.srs_names
-            names.setdefault(element.get("srsName"), element.sourceline)
+        elif name == "Envelope":
+            _collect_extent(element, content, enveloped)
         elif name in MEMBERS:
             known = {"Building", *PLANTS, *(RELIEFS if content.relief.count() > before else ())}
             before = content.relief.count()
-            for child in element.iterchildren("*"):
-                other = child.tag.rpartition("}")[2]
-                others[other] += other not in known
+            _read_member(element, content, known, (extended, others))
+    for name, count in sorted(extended.items()):
+        content.notes.append(f"{count} {name} (of an extension) read as buildings.")
     for name, count in sorted(others.items()):
         why = "no triangles" if name in RELIEFS else "not a building"
         content.notes += [f"{count} {name} left out: {why}."] if count else []
     if not content.buildings and not content.trees:
         cure = "give a file with buildings" + (", and this one with --terrain" if content.relief.count() else "")
         raise InputError(path, "contains no buildings", cure)
-    content.srs_names = content.srs_names or dict(content.relief.srs_names)
+    content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
     finish_trees(content)
     return content
+
+
+def _read_member(element, content, known, counts):
+    """Read the buildings of extensions in a member, and count them and what else is not known, by name."""
+    extended, others = counts
+    for child in element.iterchildren("*"):
+        name = child.tag.rpartition("}")[2]
+        if _is_own_building(child):
+            collect_polygons(child, content)
+            extended[name] += 1
+        else:
+            others[name] += name not in known
+
+
+def _is_named_later(path):
+    """Whether a namespace of CityGML is declared after the root element, as on the members of a generic collection."""
+    with open_input(path) as stream:
+        return CITYGML.encode() in stream.read(2**20)
+
+
+def _is_own_building(element):
+    """Whether an element of an extension is a subclass of Building: it has what the standard gives to buildings."""
+    if CITYGML in element.tag:
+        return False
+    return any(re.search(CITYGML + r"/building/", child.tag) for child in element.iterchildren("*"))
+
+
+def _collect_extent(element, content, enveloped):
+    """Add an envelope, of a relief, of the file or of a building, and the system that it names."""
+    srs_name, of_relief = element.get("srsName", ""), next(element.iterancestors(*IN_RELIEF), None) is not None
+    if srs_name:
+        (content.relief.srs_names if of_relief else enveloped).setdefault(srs_name, element.sourceline)
+    corners = [read_numbers(element.iterfind(f"{{*}}{name}")) for name in ("lowerCorner", "upperCorner")]
+    sound = all(numbers is not None and len(numbers) > 1 and np.isfinite(numbers).all() for numbers in corners)
+    if sound and not of_relief:
+        extent = Extent(srs_name, element.get("axisLabels", ""), *(numbers[:2] for numbers in corners))
+        content.extents.append(extent)

@@ -15,6 +15,7 @@ from ..settings.progress import silent
 from .collect_polygons import INSTALLATIONS
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
+from .formats import NOT_READ
 from .open_input import clean_name
 from .parse_json import READ, iterate_json
 from .read_relief import collect_json_relief
@@ -57,6 +58,9 @@ def read_cityjson(path, report_share=silent):
             raise InputError(path, f"line {line}: {twice[0]} is given twice", "keep one of the two")
         if kind == "CityJSON":
             reading.start(value, line)
+        elif kind in ("FeatureCollection", "Feature", "GeometryCollection"):
+            (geojson,) = (row for row in NOT_READ if ".geojson" in row.suffixes)
+            raise InputError(path, f"is {geojson.name}", geojson.cure)
         elif kind != "CityJSONFeature":
             word = clean_name(str(kind))[:60]
             raise InputError(path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file")

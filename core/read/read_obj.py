@@ -6,10 +6,11 @@ import numpy as np
 import shapely
 
 from ..city.city import FileContent, Polygon, number_names
+from ..city.judge_sizes import judge_up
 from ..city.polygons import number_connected
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
-from .parse_obj import parse_obj, read_libraries
+from .parse_obj import parse_obj, read_libraries, turn_up
 
 WELD = 1e-3  # [units of the file] vertices closer than this are merged
 TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
@@ -32,8 +33,8 @@ def read_obj(path, up="z", report_share=silent):
     Parameters
     ----------
     path : path-like
-    up : {'z', 'y'}
-        Vertical axis. With y, north is -z.
+    up : {'z', 'y', 'auto'}
+        Vertical axis. With y, north is -z; auto: z, but where its floors lie across y.
     report_share : callable, optional
         As in `open_input`, with the share of the work done.
 
@@ -46,10 +47,14 @@ def read_obj(path, up="z", report_share=silent):
     InputError
         The file cannot be read, or has no polygons.
     """
-    parts = parse_obj(path, up, lambda share: report_share(PARSED * share))
+    parts = parse_obj(path, "z" if up == "auto" else up, lambda share: report_share(PARSED * share))
     if not parts.faces:
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
     content = FileContent(path)
+    if up == "auto":
+        up, content.notes = judge_up(parts.vertices, parts.faces)
+        parts.vertices = turn_up(parts.vertices, up)
+    content.up = up
     building = _buildings(parts, content)
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..city.axis_order import PlaceHints, order_axes
 from ..city.city import Relief
+from ..city.name_crs import choose_crs
 from ..city.polygons import triangulate
 from ..city.terrain import Layer, Terrain
-from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
+from ..city.transform_crs import UNITS, Grid, grid_of, plane_of
 from ..settings.errors import InputError
 from .collect_polygons import read_numbers
 from .collect_shapes import find_fault, read_lod, read_rings
@@ -167,7 +169,8 @@ def place_relief(contents, city, unit):
         try:
             crs = crs_of_relief(content.relief, content.path) or content.crs or common
             for lod, layer in relief_layers(content.relief).items():
-                of_lod.setdefault(lod, []).append(place_layer(layer, crs, city.crs, UNITS[unit], content.path))
+                placed = place_layer(layer, (crs, content.axes), city, UNITS[unit], content.path)
+                of_lod.setdefault(lod, []).append(placed)
         except InputError as error:  # the city can do without
             city.report.notes.append(f"Terrain of {error.source} left out: {error.problem}.")
     joined = []
@@ -190,16 +193,17 @@ def crs_of_relief(relief, path):
     return choose_crs(relief.srs_names, easting, path)[0]
 
 
-def place_layer(layer, crs, city_crs, unit, path):
-    """A layer whose points stand as in the file, brought to the city's system.
+def place_layer(layer, system, city, unit, path):
+    """A layer whose points stand as in the file, brought to the plane of the city.
 
     Parameters
     ----------
     layer : Layer
-    crs, city_crs : str or None
-        Without one of them the points stand in the city's system already, but for their unit.
+    system : tuple
+        Coordinate reference system, None for that of the city, and the order of coordinates where nothing decides it.
+    city : City
     unit : float
-        [m] The unit of such points.
+        [m] The unit of points without a system.
     path : path-like
         Named in errors.
 
@@ -212,9 +216,16 @@ def place_layer(layer, crs, city_crs, unit, path):
     InputError
         A place has no counterpart in the city's system.
     """
-    if crs is None or city_crs is None:
-        return Layer(layer.points * unit, layer.triangles)
-    plane, factor = plane_of(crs)
-    points, _ = east_first(layer.points, plane)
-    places = transform_crs(points[:, :2], plane, city_crs, path)
-    return Layer(np.column_stack([places, points[:, 2] * factor]), layer.triangles)
+    crs, axes = system
+    own = grid_of(city)
+    if own.crs is None or crs is None:
+        # A city in the plane of its files has metres; the unit tells those of the terrain.
+        points = layer.points * unit if own.plane is None else own.to_plane(layer.points)
+        return Layer(points, layer.triangles)
+    order = order_axes(np.median(layer.points, axis=0)[:2] if len(layer.points) else None, crs, PlaceHints())
+    axes = order.axes if order.reason else axes
+    points = Grid(crs, axes, own.plane or own.crs).to_plane(layer.points)
+    if not np.isfinite(points).all():
+        name = plane_of(own.plane or own.crs)[0].name
+        raise InputError(path, f"does not lie where {name} is defined", "give terrain that covers the city")
+    return Layer(points, layer.triangles)

@@ -3,6 +3,8 @@
 Rasters are read fine around the city and coarse out to the horizon.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..city.polygons import drop_unused
@@ -56,14 +58,15 @@ def read_terrain(path, city, unit="m", up="z"):
     elif suffix in RELIEFS:
         layers, crs = read_relief(path)
         _note_missing(crs, city.crs, path, terrain.notes)
-        terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
+        terrain.layers = [place_layer(layer, (crs, city.axes), city, UNITS[unit], path) for layer in layers]
     elif suffix == ".obj":
         parts = parse_obj(path, up)
         faces = [face for face in parts.faces if len(face) > 2]
         if not faces:
             raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
         fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
-        terrain.layers = [Layer(parts.vertices * UNITS[unit], np.concatenate(fans))]
+        layer = Layer(parts.vertices, np.concatenate(fans))
+        terrain.layers = [place_layer(layer, (None, city.axes), city, UNITS[unit], path)]
         _note_missing(None, city.crs, path, terrain.notes)
     else:
         raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
@@ -108,17 +111,19 @@ def read_raster(path, city, unit, notes):
         Not a raster, a damaged one, or one that does not cover the city.
     """
     layers = []
-    with open_raster(path) as raster:
-        if raster.crs is None and (raster.matrix == np.eye(2, 3)).all():
+    with open_raster(path) as source:
+        if source.crs is None and (source.matrix == np.eye(2, 3)).all():
             raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
-        _note_missing(raster.crs and f"that of {path}", city.crs, path, notes)
+        _note_missing(source.crs and f"that of {path}", city.crs, path, notes)
+        assumed = plane_of(city.crs)[0].to_wkt() if city.plane is not None else None
+        raster = replace(source, crs=source.crs or assumed)
         for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
             for window, _ in windows_around(raster, _rectangle(reach, raster, city, unit)):
                 if window[2] * window[3] > MOST_POSTS:
                     problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
                     raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
                 told = notes if not layers else []
-                layers.append(_read_layer(raster, window, posts, told, (city.crs, unit)))
+                layers.append(_read_layer(raster, window, posts, told, (city.plane or city.crs, unit)))
     return [layer for layer in layers if len(layer.triangles)]
 
 
@@ -126,9 +131,10 @@ def _rectangle(reach, raster, city, unit):
     """Places in a rectangle around the city and what lies within reach of it: (81, 2) in the raster's system."""
     low, high = city.points.min(axis=0)[:2] - reach, city.points.max(axis=0)[:2] + reach
     share, unit = np.linspace(0, 1, 9), _common_unit(raster, city.crs, unit)
+    plane = city.plane or city.crs
     x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
     places = np.column_stack([x.ravel(), y.ravel()])
-    return places / unit if unit is not None else transform_crs(places, city.crs, raster.crs, raster.path)
+    return places / unit if unit is not None else transform_crs(places, plane, raster.crs, raster.path)
 
 
 def _common_unit(raster, crs, unit):

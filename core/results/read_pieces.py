@@ -134,7 +134,7 @@ def bring_to_frame(points, site, frame):
     """
     there = np.full(points.shape, np.inf)
     if site.crs:
-        globe = pyproj.Transformer.from_crs(plane_of(site.crs)[0].to_3d(), GLOBE, always_xy=True)
+        globe = pyproj.Transformer.from_crs(plane_of(site.plane or site.crs)[0].to_3d(), GLOBE, always_xy=True)
         there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
     if not np.isfinite(there).all():
         own = frame_of(site.latitude, site.longitude)

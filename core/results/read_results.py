@@ -129,14 +129,12 @@ def read_summary(path):
     return summary
 
 
-def place_of_results(folder, crs):
+def place_of_results(folder):
     """Where the city of an earlier run stands, and on which squares of generated ground.
 
     Parameters
     ----------
     folder : path-like
-    crs : str or None
-        Reference system that it must have.
 
     Returns
     -------
@@ -146,15 +144,13 @@ def place_of_results(folder, crs):
     Raises
     ------
     InputError
-        The folder holds no results, or those of a city in another reference system.
+        The folder holds no results.
     """
     path = Path(folder) / "summary.json"
     if not path.is_file():
         raise InputError(path, "there is no such file", CURE)
     read = read_summary(path)["input"]
     site = Site(**read["site"] | {"origin": tuple(read["site"]["origin"])})
-    if site.crs != crs:
-        raise InputError(path, "its city is in another reference system", "leave out --site-of")
     ground = read.get("ground_squares")
     if ground is None:
         return site, None

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from ..city.locate_site import bring_to_grid
+from ..city.locate_site import bring_to_grid, find_on_earth
+from ..city.transform_crs import grid_of
 from ..energy.counted_area import find_counted_area
 from ..energy.energy import exceeded_energy, kwp_of_hours
 from ..energy.pv_system import area_of_kwp
@@ -28,8 +29,8 @@ def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
         Whether to add columns with the full load hours of each month.
     """
     table = sum_buildings(transfer, energy, system, weather, monthly=monthly)
-    for name in ("easting", "northing"):
-        table[name] = [f"{value:.10g}" if np.isfinite(value) else "" for value in table[name]]
+    for name, digits in (("easting", 12), ("northing", 12), ("latitude", 9), ("longitude", 10)):
+        table[name] = [f"{value:.{digits}g}" if np.isfinite(value) else "" for value in table[name]]
     write_table(path, table)
 
 
@@ -50,7 +51,8 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
         return np.bincount(building[chosen], values[chosen], len(names)).astype(float)  # of none it has integers
 
     table = {"building_id": names}
-    table |= dict(zip(("easting", "northing"), find_middles(transfer, building, len(names)).T, strict=True))
+    places = ("easting", "northing", "latitude", "longitude")
+    table |= dict(zip(places, find_middles(transfer, building, len(names)).T, strict=True))
     every = np.ones(len(building), bool)
     table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
     table["eligible_area"] = add(energy.counted_area, eligible)
@@ -71,7 +73,10 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
 
 
 def find_middles(transfer, building, count):
-    """Middle of each building's bounding box in the coordinates of the files: (b, 2) float64 [m]; NaN without outlines.
+    """Middle of each building's bounding box: (b, 4) float64; NaN without outlines, or where the place is not known.
+
+    Easting and northing, or longitude and latitude, in the system and the units of the files; latitude and longitude
+    [°].
 
     Parameters
     ----------
@@ -87,4 +92,7 @@ def find_middles(transfer, building, count):
         np.minimum.at(low, owner, transfer.outlines.points)
         np.maximum.at(high, owner, transfer.outlines.points)
     with np.errstate(invalid="ignore"):
-        return bring_to_grid((low + high) / 2, transfer.site)[:, :2]
+        middles, site = (low + high) / 2, transfer.site
+        places = grid_of(site).to_files(bring_to_grid(middles, site), "xy")[:, :2]
+    places[~np.isfinite(places)] = np.nan
+    return np.column_stack([places, *find_on_earth(middles, site)])

@@ -7,13 +7,17 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ..city.city import free_name
 from ..city.classify import find_footprints
+from ..city.transform_crs import grid_of, plane_of
 from ..settings.progress import silent
+from .cityjson_surroundings import list_objects, list_points
 from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
+DEGREES = 6  # more in degrees, of which one has 111 km
 LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
@@ -28,12 +32,13 @@ HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD
 def write_cityjson(path, city, transfer, energy, *, system, weather, progress=silent):
     """Write a city with its results.
 
-    Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
-    type of that is the polygon's thematic class; where it has none, its kind tells: WallSurface for facades,
-    GroundSurface for ground and floors on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest.
-    Its ``id`` is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``, and
-    ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A format that knows no levels
-    of detail is written as level 2, the outer shell of level 4 as level 3.
+    Every building, and every part of one, is a city object with a MultiSurface; each of its polygons has a semantic
+    surface of its own. The type of that is the polygon's thematic class; where it has none, its kind tells:
+    WallSurface for facades, GroundSurface for ground and floors on it, OuterCeilingSurface for what else faces down,
+    RoofSurface for the rest. Trees, and the terrain of the files, are objects of their own. Coordinates are those of
+    the files. Its ``id`` is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind
+    ``citypv_``, and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A format
+    that knows no levels of detail is written as level 2, the outer shell of level 4 as level 3.
 
     Parameters
     ----------
@@ -48,35 +53,59 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     progress : callable, optional
         See `core.progress`.
     """
-    translate = np.floor(city.points.min(axis=0))
-    local = city.points - translate  # [m]
-    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
-    whole, scale = np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals)
+    # Coordinates are those of the files: their system, their units, their order.
+    points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
+    # Whole numbers of a unit or, where that is 111 km long, of a thousandth.
+    coarse = np.array([1e3, 1e3, 1.0]) if in_degrees(city.crs) else np.ones(3)
+    translate = np.floor(points.min(axis=0) * coarse) / coarse
+    local = points - translate
+    finer = [DEGREES * in_degrees(city.crs), DEGREES * in_degrees(city.crs), 0]  # decimals that degrees need more
+    decimals = [choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)]
+    if not any(finer):
+        decimals = [min(decimals)] * 3
+    whole = np.round(local * 10.0 ** np.array(decimals)).astype(np.int64)
+    scale = [round(10.0**-places, places) for places in decimals]
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
-    boundaries, surfaces = list_boundaries(city, index.reshape(-1).tolist()), describe_surfaces(city, transfer, energy)
+    index = index.reshape(-1).tolist()
+    boundaries, surfaces = list_boundaries(city, index), describe_surfaces(city, transfer, energy)
     members = {}
     for polygon, building in enumerate(city.building_id):
         lod = (city.lod[polygon] if city.lod else "") or "2"
         lod = HIGHEST_LOD if lod.startswith("4") else lod
-        members.setdefault(building, {}).setdefault(lod, []).append(polygon)
+        part = city.part[polygon] if city.part else ""
+        members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
     sums, objects = sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"), {}
-    for number, (building, levels) in enumerate(members.items()):
-        progress(STAGE, number, len(members), "buildings")
-        geometry = [
+    colours = list(city.colours)
+
+    def draw(levels):
+        """Geometries of some polygons, by their level of detail."""
+        return [
             {
                 "type": "MultiSurface",
                 "lod": lod,
                 "boundaries": [boundaries[k] for k in own],
                 "semantics": {"surfaces": [surfaces[k] for k in own], "values": list(range(len(own)))},
+                **wear_materials(city, own, colours),
             }
             for lod, own in sorted(levels.items())
         ]
-        attributes = describe_building(sums.loc[building])
-        objects[building] = {"type": "Building", "attributes": attributes, "geometry": geometry}
-    low, high = city.points.min(axis=0), city.points.max(axis=0)
+
+    taken = dict.fromkeys(members, 1)
+    for number, (building, parts) in enumerate(members.items()):
+        progress(STAGE, number, len(members), "buildings")
+        attributes, own = describe_building(sums.loc[building]), {}
+        for part, levels in parts.items():
+            if part:
+                name = free_name(f"{building}_part_{len(own) + 1}", taken)
+                own[name] = {"type": "BuildingPart", "parents": [building], "geometry": draw(levels)}
+        objects[building] = {"type": "Building", "attributes": attributes, "geometry": draw(parts.get("", {}))}
+        objects[building] |= {"children": list(own)} if own else {}
+        objects |= own
+    objects |= list_objects(city, index[len(city.points) :], objects)
+    low, high = points.min(axis=0), points.max(axis=0)
     metadata = {
         "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {weather.label}",
-        "geographicalExtent": np.round([*low, *high], 3).tolist(),
+        "geographicalExtent": np.round([*low, *high], max(decimals)).tolist(),
     }
     system = name_system(city.crs)
     if system:
@@ -86,8 +115,9 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     document = {
         "type": "CityJSON",
         "version": "2.0",
-        "transform": {"scale": [scale] * 3, "translate": translate.tolist()},
+        "transform": {"scale": scale, "translate": translate.tolist()},
         "metadata": metadata,
+        **({"appearance": {"materials": list_materials(city, colours)}} if colours else {}),
         "CityObjects": objects,
         "vertices": vertices.tolist(),
     }
@@ -95,14 +125,44 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     progress(STAGE, len(members), len(members), "buildings")
 
 
+def wear_materials(city, own, colours):
+    """Materials of some polygons, as a member of a geometry: dict, empty where none has one."""
+    names = [city.material[k] if city.material else "" for k in own]
+    values = [colours.index(name) if name in colours else None for name in names]
+    return {"material": {"file": {"values": values}}} if any(value is not None for value in values) else {}
+
+
+def list_materials(city, colours):
+    """Materials of the files, with their diffuse colours where they are known."""
+    known = ((name, city.colours[name]) for name in colours)
+    return [{"name": name, **({"diffuseColor": list(one)} if one is not None else {})} for name, one in known]
+
+
+def choose_decimals(span, more):
+    """Decimals of coordinates that reach so far: as many as integers of 32 bits hold, between two bounds."""
+    most = np.floor(np.log10(LARGEST / max(span, 10.0**-more)))
+    return int(np.clip(most, COARSEST + more, FINEST + more))
+
+
+def in_degrees(crs):
+    """Whether the coordinates of a system are in degrees."""
+    return crs is not None and plane_of(crs)[0].is_geographic
+
+
 def name_system(crs):
-    """Coordinate reference system as CityJSON requires it, None if it has no EPSG code."""
+    """Coordinate reference system as CityJSON requires it, None if it has no EPSG code.
+
+    Of a compound one without a code of its own the horizontal part is named alone where its heights are read the same
+    way without their system, else both parts.
+    """
     if not crs:
         return None
-    system = pyproj.CRS.from_user_input(crs)
-    parts = [system, *(system.sub_crs_list if system.is_compound else [])]
-    number = next((code for part in parts if (code := part.to_epsg(100)) is not None), None)
-    return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
+    system, url = pyproj.CRS.from_user_input(crs), "https://www.opengis.net/def/crs"
+    parts = [part.to_epsg(100) for part in (system, *(system.sub_crs_list if system.is_compound else []))]
+    if parts[0] is None and len(parts) > 2 and None not in parts[1:3] and plane_of(crs)[1] != plane_of(parts[1])[1]:
+        return f"{url}-compound?1={url}/EPSG/0/{parts[1]}&2={url}/EPSG/0/{parts[2]}"
+    number = next((code for code in parts if code is not None), None)
+    return None if number is None else f"{url}/EPSG/0/{number}"
 
 
 def list_boundaries(city, index):

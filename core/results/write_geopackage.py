@@ -6,6 +6,7 @@ GeoPackage 1.3 (OGC 12-128r17) is an SQLite file with some tables of its own; ge
 import sqlite3
 import struct
 from contextlib import closing
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pandas as pd
 import pyproj
 import shapely
 
+from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
@@ -57,6 +59,8 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
         See `core.progress`.
     """
     Path(path).unlink(missing_ok=True)
+    # Coordinates are those of the files, easting or longitude first as the format wants.
+    city = replace(city, points=grid_of(city).to_files(city.points, "xy"))
     shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
     columns, rows = TABLED, sum_buildings(transfer, energy, system, weather)
     types = dict.fromkeys(rows, "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}

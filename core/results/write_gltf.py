@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..city.scene import surface_of_triangles
+from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .colour_map import GROUND, choose_range, linear_light, srgb_colour
 from .glb import ARRAY, COLOUR_MAP, FLOAT, UINT16, Buffer, colour_hours, pack_glb, plain_material, turn_axes
@@ -58,7 +59,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         "weather": label,
         "colour_map": COLOUR_MAP,
         **dict(zip(("low", "high"), level, strict=True)),
-        "origin": [float(value) for value in scene.site.origin],
+        "origin": grid_of(scene.site).to_files(np.array([scene.site.origin]), "xy")[0].tolist(),
         "north": "true north is -z",
         **{name: getattr(scene.site, name) for name in ("crs", "convergence", "latitude", "longitude")},
     }

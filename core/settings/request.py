@@ -29,17 +29,40 @@ class Request(SystemSettings):
     # the city
     lod: str | None = of_city(None, "level of detail; default: the best 2.x of each building", metavar="L")
     unit: str = of_city(
-        "m",
+        "auto",
         "unit of length of files that name no reference system",
         panel="import",
-        choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
+        choices={
+            "auto": "Metres, but where the heights of buildings leave no doubt that it is another one",
+            "m": "Metres",
+            "ft": "International feet",
+            "us-ft": "US survey feet",
+            "mm": "Millimetres",
+            "cm": "Centimetres",
+            "in": "Inches",
+        },
     )
     up: str = of_city(
-        "z",
+        "auto",
         "upward axis of files that do not state it (OBJ)",
         title="Up axis",
         panel="import",
-        choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
+        choices={
+            "auto": "The z axis, but where floors leave no doubt that it is y",
+            "z": "The file's z axis points up",
+            "y": "The file's y axis points up",
+        },
+    )
+    axes: str = of_city(
+        "auto",
+        "order of the coordinates of files, where nothing in them decides it",
+        title="Axes",
+        panel="import",
+        choices={
+            "auto": "As the files and the place tell, else as registered",
+            "xy": "Easting or longitude first",
+            "yx": "Northing or latitude first",
+        },
     )
     orient: str = of_city(
         "auto",

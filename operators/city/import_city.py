@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from ...core.read.formats import READ, SUFFIXES
 from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
@@ -32,7 +33,8 @@ from ..session import Session, list_cities, open_session
 from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_settings import choose_weather, find_preferences, read_path, read_settings, remember_step
 
-SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
+SHOWN = (*SUFFIXES, ".gz")  # the file browser shows these
+IMPORT_LABEL = f"City for CityPV ({', '.join(suffixes[0] for _, suffixes, *_ in READ)})"
 
 
 class CityFiles:
@@ -97,7 +99,7 @@ class ChooseCity(bpy.types.Operator):
     whole: bpy.props.BoolProperty(
         name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}
     )
-    filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SUFFIXES), options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SHOWN), options={"HIDDEN"})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 

@@ -42,7 +42,7 @@ class Seen:
 
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
-        from ...core.city.edit_city import Change, edit_city, join_cities, place_local
+        from ...core.city.edit_city import Change, edit_city, join_cities, place_local, system_of
         from ...core.city.join_contents import join_contents
 
         if self.imported is None:
@@ -53,12 +53,12 @@ class Seen:
             broken, content = self.reshaped
             imported = left = take_polygons(imported, ~np.isin(imported.surface_id, list(broken)))
             if content.polygons:
-                added = place_local(join_contents([content], orient="as-drawn"), self.site, left.crs)
+                added = place_local(join_contents([content], orient="as-drawn"), self.site, *system_of(left))
                 imported = join_cities(left, added)
                 imported.building_id[len(left) :] = added.building_id  # they are parts of buildings that are there
         added = ()
         if self.content is not None:
-            added = (place_local(join_contents([self.content], orient=self.orient), self.site, imported.crs),)
+            added = (place_local(join_contents([self.content], orient=self.orient), self.site, *system_of(imported)),)
         gone = self.removed & {*imported.building_id}
         return imported, edit_city(imported, Change(removed=gone, added=added))
 

@@ -4,9 +4,18 @@ import numpy as np
 import pyproj
 import pytest
 
+from citypv.core.city.axis_order import PlaceHints, order_axes
 from citypv.core.city.locate_site import locate_site, note_outside_use
-from citypv.core.city.transform_crs import convert_to_metres, name_crs
+from citypv.core.city.name_crs import name_crs
+from citypv.core.city.transform_crs import choose_plane
 from citypv.core.settings.errors import InputError
+
+
+def bring_to_metres(points, crs):
+    """Points of a file in the plane of its city, that plane, and what was done."""
+    grid, note = choose_plane(crs, order_axes(points[0, :2], crs, PlaceHints()).axes, points)
+    return grid.to_plane(points), grid.plane or crs, note
+
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),
@@ -76,7 +85,7 @@ def test_spellings(spelling, crs):
 
 def test_new_york_in_feet_becomes_metres_at_the_same_place():
     feet = np.array([[987604.042, 212111.083, 45.689], [987704.042, 212111.083, 145.689]])
-    points, crs, note = convert_to_metres(feet, "EPSG:2263")
+    points, crs, note = bring_to_metres(feet, "EPSG:2263")
     assert points[1] - points[0] == pytest.approx([100 * 1200 / 3937, 0, 100 * 1200 / 3937])
     here = pyproj.Transformer.from_crs("EPSG:2263", "EPSG:4269", always_xy=True).transform(*feet[0, :2])
     latitude, longitude, _ = locate_site(crs, points[0])
@@ -88,7 +97,7 @@ def test_degrees_become_metres_true_to_scale():
     # One second of latitude and longitude at 35.26° N, 139.74° E; expected from the geodesic, not from a projection.
     second = 1 / 3600
     degrees = np.array([[35.26, 139.74, 2.0], [35.26 + second, 139.74, 2.0], [35.26, 139.74 + second, 7.0]])
-    points, crs, _ = convert_to_metres(degrees, "EPSG:6697")
+    points, crs, _ = bring_to_metres(degrees, "EPSG:6697")
     geod = pyproj.Geod(ellps="GRS80")
     north = geod.inv(139.74, 35.26, 139.74, 35.26 + second)[2]
     east = geod.inv(139.74, 35.26, 139.74 + second, 35.26)[2]
@@ -98,21 +107,14 @@ def test_degrees_become_metres_true_to_scale():
     assert (latitude, longitude) == pytest.approx((35.26, 139.74), abs=1e-8)
     assert convergence == pytest.approx(0, abs=1e-3)
     # The other order of axes is recognised by the area of use.
-    turned, _, _ = convert_to_metres(degrees[:, [1, 0, 2]], "EPSG:6697")
+    turned, _, _ = bring_to_metres(degrees[:, [1, 0, 2]], "EPSG:6697")
     assert turned == pytest.approx(points, abs=1e-6)
-
-
-def test_units_without_a_system():
-    points = np.ones((1, 3))
-    assert convert_to_metres(points, None, "ft")[0] == pytest.approx(0.3048 * points)
-    with pytest.raises(InputError, match="choose one of m, ft, us-ft"):
-        convert_to_metres(points, None, "inch")
 
 
 def test_degrees_half_a_world_apart_are_refused():
     points = np.array([[0.0, 0, 0], [0, -1, 0], [0, 161, 0]])
     with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: too far apart"):
-        convert_to_metres(points, "EPSG:4326")
+        bring_to_metres(points, "EPSG:4326")
 
 
 @pytest.mark.parametrize(

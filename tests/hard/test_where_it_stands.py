@@ -8,7 +8,7 @@ from scenes import join, run_gather, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.transform_crs import convert_to_metres
+from citypv.core.city.transform_crs import UNITS
 from citypv.core.commands.plain_scenes import box, room
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])
@@ -16,7 +16,7 @@ SQUARE = 10_240.0  # [m] of the ground's grid: what is moved by whole ones stand
 PLACES = {
     "UTM": lambda points: moved(points, [39 * SQUARE, 568 * SQUARE, 30]),
     "3000 m up": lambda points: moved(points, [-SQUARE, SQUARE, 3000.123]),
-    "feet": lambda points: convert_to_metres(moved(points, [98 * SQUARE, 0, 0]) / 0.3048, None, "ft")[0],
+    "feet": lambda points: moved(points, [98 * SQUARE, 0, 0]) / 0.3048 * UNITS["ft"],
 }
 
 

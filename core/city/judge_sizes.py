@@ -1,0 +1,91 @@
+"""Units and the upward axis of files that state neither, by the sizes of buildings."""
+
+import numpy as np
+
+from .polygons import measure_polygons
+from .transform_crs import UNITS
+
+TALLEST = 1000.0  # [m] no building reaches it; the tallest has 828 m
+DOUBTED = 150.0  # [m] half of the buildings of hardly any place are higher
+USUAL = (2.2, 60.0)  # [m] between which half the height of buildings lies in nearly every place
+NAMES = {
+    "m": "metres",
+    "ft": "feet",
+    "us-ft": "US survey feet",
+    "mm": "millimetres",
+    "cm": "centimetres",
+    "in": "inches",
+}
+
+
+def judge_unit(contents):
+    """The unit of files that name no reference system.
+
+    Half of the buildings are higher than the other half: that height is doubted from 150 on, and no number of metres
+    from 1,000 on. Then the unit is taken if it is the only one that leaves a usual height.
+
+    Parameters
+    ----------
+    contents : list of FileContent
+        Points in the units of the files.
+
+    Returns
+    -------
+    unit : str
+        Of `transform_crs.UNITS`.
+    notes : list of str
+        What was taken, or may be meant.
+    """
+    heights = [high - low for content in contents for low, high in _heights_of(content)]
+    if not heights or (middle := float(np.median(heights))) < DOUBTED:
+        return "m", []
+    likely = [unit for unit in ("ft", "in", "cm", "mm") if USUAL[0] <= middle * UNITS[unit] <= USUAL[1]]
+    sizes = f"half of the buildings are over {middle:,.0f} high"
+    if middle >= TALLEST and len(likely) == 1:
+        words = f"Coordinates were taken for {NAMES[likely[0]]}, since {sizes}; --unit m takes them for metres."
+        return likely[0], [words]
+    options = " or ".join(f"--unit {unit}" for unit in likely) or "--unit"
+    return "m", [f"Coordinates were taken for metres, but {sizes}. If that is not so, give {options}."]
+
+
+def _heights_of(content):
+    """Lowest and highest z of each building: list of (float, float)."""
+    bounds = {}
+    for polygon in content.polygons:
+        z = polygon.rings[0][:, 2]
+        low, high = bounds.get(polygon.building, (np.inf, -np.inf))
+        bounds[polygon.building] = min(low, z.min(initial=np.inf)), max(high, z.max(initial=-np.inf))
+    return list(bounds.values())
+
+
+def judge_up(vertices, faces):
+    """The upward axis of a mesh, and a hint where that is likely but not sure.
+
+    Floors are level and roofs often are not. So of the areas that face straight along the upward axis those on one side
+    are larger, while the two sides of a house have the same.
+
+    Parameters
+    ----------
+    vertices : array, (v, 3) float64
+    faces : list of (k,) int
+
+    Returns
+    -------
+    up : {'z', 'y'}
+    notes : list of str
+    """
+    shaped = [face for face in faces if len(face) > 2]
+    if not shaped:
+        return "z", []
+    starts = np.cumsum([0, *map(len, shaped)])
+    area, normal = measure_polygons(vertices[np.concatenate(shaped)], starts, np.arange(len(starts)))
+    ends = [[area[sign * normal[:, axis] > 0.999].sum() for sign in (1, -1)] for axis in (1, 2)]
+    (level_y, lean_y), (level_z, lean_z) = ((sum(two), abs(two[0] - two[1])) for two in ends)
+    least = 0.01 * area.sum()
+    floors = level_y > least and lean_y > 0.5 * level_y
+    if floors and level_z > least and lean_z < 0.1 * level_z:
+        words = "The file's y axis was taken to point up: floors lie across it, and walls across z."
+        return "y", [f"{words} --up z takes z."]
+    if level_y > 0.1 * area.sum() and level_z < 1e-3 * level_y and len(faces) > 5:
+        return "z", ["No surface is level. If the file's y axis points up, give --up y."]
+    return "z", []
