@@ -8,6 +8,7 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from .accuracy.sun_sampling import CityYear, measure_ways
 from .accuracy.trace_run import choose_year, trace_run
 from .city.axis_order import PlaceHints
 from .city.build_scene import SceneOptions, build_scene
+from .city.edge_distance import measure_edge_distance
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .city.transform_crs import grid_of
@@ -141,7 +143,8 @@ def stand_city(city, request, report_share=silent, like=None):
         options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice, like),
         report_share=report_share,
     )
-    return lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
+    scene = lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
+    return replace(scene, surfaces=replace(scene.surfaces, edge_distance=measure_edge_distance(scene)))
 
 
 def conventions_of(city, request):

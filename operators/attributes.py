@@ -14,7 +14,7 @@ Those of `VIEWS` exist in Blender only: moments of the timeline, and differences
 
 import numpy as np
 
-from ..core.results.columns import COLUMNS, Column
+from ..core.results.columns import COLUMNS, Column, column_values
 from ..core.settings.errors import InputError
 
 PREFIX = "citypv_"
@@ -122,9 +122,8 @@ def write_results(city, ground, transfer, energy=None):
         Results of the same surfaces; without it, attributes of an earlier energy are removed.
     """
     for quantity in QUANTITIES:
-        carrier = {"transfer": transfer, "energy": energy}[quantity.owner]
-        if carrier is not None:
-            write_surface_values(city, ground, quantity.name, getattr(carrier, quantity.name))
+        if energy is not None or quantity.owner != "energy":
+            write_surface_values(city, ground, quantity.name, column_values(quantity, transfer, energy))
     if energy is None:
         gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
         remove_face_attributes(city, ground, *(one.name for one in (*gone, *VIEWS)))

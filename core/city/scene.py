@@ -57,6 +57,7 @@ class Surfaces:
     surface_azimuth: np.ndarray  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
     normal: np.ndarray  # (n, 3) float64, unit length
     material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
+    edge_distance: np.ndarray | None = None  # (n,) float64 [m], of `measure_edge_distance`; None: unknown
 
     def __len__(self):
         return len(self.surface_id)

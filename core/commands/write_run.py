@@ -12,6 +12,7 @@ from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
 from ..energy.pv_system import build_system
 from ..light.kept_matrix import is_on_disk
+from ..results.describe_run import describe_edge
 from ..results.transfer_file import write_transfer
 from ..results.write_cityjson import write_cityjson
 from ..results.write_geopackage import write_geopackage
@@ -93,6 +94,8 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     if shares:
         told = (f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items())
         log.write(f"  in full load hours: {', '.join(told)}")
+    if words := describe_edge(summary):
+        log.write(f"  {words}")
     log.clock.lap("shares of effects")
     if tiles:
         summary["tiles"] = state_bound(tiles, transfer, energy, weather)

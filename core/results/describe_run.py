@@ -153,6 +153,23 @@ def describe_left_out(summary):
     return lines
 
 
+def describe_edge(summary):
+    """How much of the facades looks over the edge of the city, and what that meant: a sentence, "" without an edge."""
+    edge = summary.get("edge")
+    if not edge:
+        return ""
+    shares = f"{percent(edge['share_within_25'])} within 25 m and {percent(edge['share_within_100'])} within 100 m"
+    more = [edge[f"more_hours_within_{length}"] for length in ("25", "100")]
+    words = f"Of the facades' area {shares} look over the edge of the built area"
+    if None in more:
+        return f"{words} (edge_distance); nothing is known of what stands beyond."
+    gains = " and ".join(f"{show_number(value, 1, plus=True)} %" for value in more)
+    return (
+        f"{words} (edge_distance); their hours are {gains} against facades of the same direction further in. "
+        "Nothing is known of what stands beyond."
+    )
+
+
 def describe_albedo(summary, light):
     """Albedos met, in words."""
     met = summary.get("albedo") or []

@@ -78,6 +78,8 @@ VARIABLES = {
     "no_room": ("room", "no_room", ("surface", "clearance"), "1",
                 "share that is open, but looks at a face from less than the clearance"),
     "clearance": ("room", "clearances", ("clearance",), "m", ""),
+    "edge_distance": ("edge", "edge_distance", ("surface",), "m",
+                      "from the surface's middle along its normal in plan to the outline of the built area"),
     "terrain_elevation": ("terrain", "elevation", ("azimuth",), "degree",
                           "elevation of distant terrain at equally spaced azimuths, clockwise from true north"),
 }  # fmt: skip
@@ -155,6 +157,7 @@ def describe_state(transfer):
     owners = {name: getattr(transfer, name) for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")}
     owners |= {"transfer": transfer, **transfer.sources}
     owners["albedos"] = None if transfer.albedo is None else transfer
+    owners["edge"] = None if transfer.surfaces.edge_distance is None else transfer.surfaces
     owners["room"] = None if transfer.no_room is None else transfer
     attributes = {"title": FORMAT, "way": transfer.suns.sampling, "ground_albedo": transfer.ground_albedo}
     texts = {"site": vars(transfer.site), "albedos": transfer.albedos}
@@ -255,6 +258,7 @@ def transfer_of_dataset(dataset):
     surfaces, suns, own = (read_fields(dataset, name, needed=True) for name in ("surfaces", "suns", "transfer"))
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
+    surfaces |= read_fields(dataset, "edge")
     own |= read_fields(dataset, "albedos") | read_fields(dataset, "room")
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())

@@ -19,6 +19,7 @@ from .describe_run import (
     LIMITS,
     SPREAD,
     describe_assumptions,
+    describe_edge,
     describe_input,
     describe_left_out,
     describe_poor_years,
@@ -222,7 +223,7 @@ def compose_totals(summary):
         ),
         *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
-        *(paragraph(text) for text in filter(None, [describe_poor_years(summary)])),
+        *(paragraph(text) for text in filter(None, [describe_edge(summary), describe_poor_years(summary)])),
         paragraph(f"{summarise_errors(summary)} {LIMITS}"),
     )
 

@@ -13,6 +13,7 @@ import pandas as pd
 
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
+from ..city.edge_distance import FURTHEST, NEAREST
 from ..city.scene import surface_of_triangles
 from ..energy.counted_area import find_counted_area, name_group, sum_left_out
 from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
@@ -77,7 +78,34 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     }
     if transfer.albedos is not None:
         summary["albedo"] = transfer.albedos
+    if edge := measure_edge(transfer, energy):
+        summary["edge"] = edge
     return summary
+
+
+def measure_edge(transfer, energy):
+    """Share of the facades' counted area near the edge of the city, and how much more it yields there: dict.
+
+    The hours of facades towards each direction are compared with those of the ones that look at no edge within 100 m.
+    Empty where there is no such edge, or no facade counts.
+    """
+    distance, surfaces = transfer.surfaces.edge_distance, transfer.surfaces
+    rows = np.flatnonzero(energy.eligible & (np.asarray(surfaces.kind) == "facade") & (energy.counted_area > 0))
+    if distance is None or not np.isfinite(distance).any() or not len(rows):
+        return {}
+    area, hours = energy.counted_area[rows], energy.full_load_hours[rows] * np.asarray(surfaces.area)[rows]
+    side, distance = np.asarray(surfaces.orientation)[rows], np.nan_to_num(distance[rows], nan=np.inf)
+    found = {"unit": "m, %, %"}
+    for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
+        gained = expected = 0.0
+        for one in np.unique(side[near]):
+            own, inner = near & (side == one), (distance == np.inf) & (side == one)
+            if inner.any() and hours[inner].sum() > 0:
+                gained += hours[own].sum()
+                expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
+        found[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
+        found[f"more_hours_within_{name}"] = float(100 * (gained / expected - 1)) if expected else None
+    return found
 
 
 def describe_input(transfer, energy, scene):

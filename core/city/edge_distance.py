@@ -1,0 +1,78 @@
+"""How far surfaces look before the city ends: beyond the edge of a file nothing stands that would shade them.
+
+          ┌──────── outline of the built area: footprints closed by 50 m ───────┐
+          │   ▭   ▭    ▭ ├──────────── edge_distance ──────────────────────────►│
+          │  ▭   ▭   ▭   middle of a facade, along its normal in plan           │
+          └─────────────────────────────────────────────────────────────────────┘
+
+It says nothing of what stands outside: a city may end there, or only its file.
+"""
+
+import numpy as np
+import shapely
+
+CLOSED = 50.0  # [m] streets and squares up to twice as wide belong to the built area
+FURTHEST = 100.0  # [m] further away the edge takes next to nothing
+NEAREST = 25.0  # [m] at the rim
+FEWEST, FEWEST_AT_RIM = 50, 10  # buildings: of fewer, the edge is not that of a city
+LEVEL = 0.1  # horizontal part of a unit normal, below which a surface looks to no side
+
+
+def measure_edge_distance(scene):
+    """Distance of surfaces to the outline of the built area, along their normals in plan.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (n,) float64 [m]
+        NaN beyond FURTHEST, for level surfaces and ground, and everywhere in scenes of fewer than FEWEST buildings, or
+        where fewer than FEWEST_AT_RIM have a surface that is NEAREST to the outline.
+    """
+    surfaces, found = scene.surfaces, np.full(len(scene.surfaces), np.nan)
+    kind, building = np.asarray(surfaces.kind), np.array(surfaces.building_id, dtype=object).astype(str)
+    built = kind != "ground"
+    if len(np.unique(building[built])) < FEWEST:
+        return found
+    looks = (np.hypot(*surfaces.normal[:, :2].T) > LEVEL) & (kind != "flat")
+    rows = np.flatnonzero(built & looks)
+    middles, directions = _middles_of_surfaces(scene)[rows, :2], surfaces.normal[rows, :2]
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    area = _built_area(scene, built)
+    shapely.prepare(area)
+    # Rays start a little inside, as the facades at the rim lie on the outline themselves.
+    ends = np.stack([middles - 0.1 * directions, middles + (FURTHEST + 1) * directions], axis=1)
+    inside = shapely.intersection(shapely.linestrings(ends), area)
+    parts, ray = shapely.get_parts(inside, return_index=True)
+    # The first part, which begins where the ray does.
+    begins = shapely.distance(parts, shapely.points(ends[ray, 0])) < 0.01
+    length = np.zeros(len(rows))
+    length[ray[begins]] = shapely.length(parts[begins])
+    distance = np.maximum(length - 0.1, 0.0)
+    rim = np.unique(building[rows[distance < NEAREST]])
+    if len(rim) >= FEWEST_AT_RIM:
+        found[rows] = np.where(distance <= FURTHEST, distance, np.nan)
+    return found
+
+
+def _middles_of_surfaces(scene):
+    """Centroids of the surfaces of a scene: (n, 3) float64 [m]; NaN without triangles."""
+    own = np.flatnonzero(scene.triangle_surface >= 0)
+    corners = scene.vertices[scene.triangles[own]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    surface, count = scene.triangle_surface[own], len(scene.surfaces)
+    sums = [np.bincount(surface, area * values, count) for values in corners.mean(axis=1).T]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.stack(sums, axis=1) / np.bincount(surface, area, count)[:, None]
+
+
+def _built_area(scene, built):
+    """Footprints of the buildings, their roofs seen from above, closed by CLOSED, and without holes."""
+    roofs = built & (scene.surfaces.normal[:, 2] > LEVEL)
+    own = np.flatnonzero(scene.triangle_surface >= 0)
+    own = own[roofs[scene.triangle_surface[own]]]
+    footprints = shapely.union_all(shapely.polygons(scene.vertices[scene.triangles[own]][:, :, :2]))
+    closed = shapely.buffer(shapely.buffer(footprints, CLOSED), -CLOSED)
+    return shapely.union_all(shapely.polygons(shapely.get_exterior_ring(shapely.get_parts(closed))))
