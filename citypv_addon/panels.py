@@ -5,7 +5,7 @@ import bpy
 from ..operators.check_libraries import FAILURES
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
 from ..operators.city.read_materials import describe_material
-from ..operators.city.read_settings import STEPS, state_of_step
+from ..operators.city.read_settings import ASKED_BY_KEY, STEPS, state_of_step
 from ..operators.light.keep_transfer import describe_missing
 from ..operators.members import describe_edit
 from ..operators.picture.build_legend import MOMENT, PREVIEW
@@ -183,7 +183,9 @@ class EnergyPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings, city = self.start(context)
-        year = ("weather_file", "weather_point", "weather_place") if settings.weather == "file" else ("year",)
+        year = ("weather_years",) if settings.weather in ASKED_BY_KEY else ("year",)
+        if settings.weather == "file":
+            year = "weather_file", "weather_point", "weather_place"
         names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
         draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")

@@ -14,7 +14,7 @@ from bpy.props import (
 from ..operators.attributes import TITLES, VIEWS
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
-from ..operators.city.read_settings import ADDON, use_cache_folder
+from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
 from ..operators.light.plan_trace import DAYS
 from ..operators.picture.show_result import follow_choice, follow_side_by_side, follow_switch
 from ..operators.picture.timeline import TIMED, follow_timeline_show
@@ -45,9 +45,9 @@ ALBEDOS = [
 ]
 WEATHERS = [
     ("climate", "Climate", "Built-in long-term means for every location on land, with synthetic days"),
-    ("pvgis", "PVGIS", "Typical year of the location, downloaded from PVGIS"),
+    *((one.key, one.title, f"Asked for with online access: {one.words}") for one in ASKED_BY_KEY.values()),
     ("clear-sky", "Clear sky", "A year without clouds: upper bound"),
-    ("file", "File", "ERA5 (NetCDF), EPW, TMY3, PVGIS or CSV"),
+    ("file", "File", FILES_WORDS),
 ]
 MAPS = [
     ("viridis", "Viridis", "Violet to yellow"),
@@ -68,7 +68,7 @@ SHOWN = [(one.name, one.title, f"{one.title}, of the frame") for one in VIEWS if
 
 
 WEATHER_FILE = StringProperty(  # of a scene, and of what new ones begin with
-    name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
+    name="File", description=FILES_WORDS, subtype="FILE_PATH"
 )
 REFLECTION = StringProperty(  # of a material
     name="Reflects as",
@@ -120,6 +120,9 @@ class Settings(bpy.types.PropertyGroup):
     # Energy
     weather: EnumProperty(name="Weather", description="Source of irradiance, temperature and wind", items=WEATHERS)
     weather_file: WEATHER_FILE
+    weather_years: StringProperty(
+        name="Years", description="Years to ask for, such as 2019 or 2015-2023; empty: the typical year, of PVGIS only"
+    )
     weather_place: StringProperty(
         name="Measured at",
         description="Latitude and longitude of the weather, such as 52.38 13.06, where its file does not say them",

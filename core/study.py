@@ -74,6 +74,9 @@ def check_tracing(request):
     check_settings(request)
     check_materials(request)
     if request.horizon is not None:
+        if request.horizon == request.weather == "pvgis":
+            cure = "leave --horizon out, or give years, which are without it: --weather pvgis:2005-2023"
+            raise InputError("--horizon", "the typical year of PVGIS contains its horizon", cure)
         check_horizon(request.horizon)
 
 
@@ -161,7 +164,7 @@ def stand_edited(city, base, request, progress=silent):
     return stand_city(city, request, partial(report_polygons, progress, SCENE_STAGE, len(city)), base.scene)
 
 
-def read_year(site, request, suns=None):
+def read_year(site, request, suns=None, keep=()):
     """Weather of one or more years for a site.
 
     Parameters
@@ -170,6 +173,8 @@ def read_year(site, request, suns=None):
     request : Request
     suns : Suns, optional
         Those of a Transfer, which may be set up elsewhere along its latitude, or anywhere where they fill the sky.
+    keep : sequence of path-like
+        Folders of answers of services, as in `weather.ask_services.ask_weather`.
 
     Returns
     -------
@@ -192,6 +197,7 @@ def read_year(site, request, suns=None):
         place=request.weather_place,
         without=request.weather_without,
         horizon_cut=request.horizon_cut,
+        keep=tuple(keep),
     )
     check_distance(weather, site, request.allow_distance, suns)
     return weather

@@ -9,6 +9,7 @@ import bpy
 from ..core.read.formats import DROPPED
 from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
+from ..core.weather.formats import suffixes_of_weather
 from .city.classify_city import ClassifyCity
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import ASKED, remember_step
@@ -174,4 +175,4 @@ class WeatherHandler(OverView, bpy.types.FileHandler):
     """Dropping a weather file on a 3D view uses it."""
 
     bl_idname, bl_label = "CITYPV_FH_weather", "Weather (CityPV)"
-    bl_import_operator, bl_file_extensions = "citypv.drop_weather", ".epw;.nc"
+    bl_import_operator, bl_file_extensions = "citypv.drop_weather", ";".join(suffixes_of_weather())

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from ..settings.errors import InputError
+from ..weather.formats import recognise_weather
 from ..weather.read_era5 import open_era5_grid
-from ..weather.read_weather import read_weather, recognise_weather
+from ..weather.read_weather import read_weather
 from ..world.sources import (
     check_region,
     grid_places,
@@ -29,7 +30,7 @@ def find_source(request, settings, stack):
         axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
         return model_source(grid_places(*axes), request.weather, request, settings.off_land)
     paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
-    kinds = {recognise_weather(path) for path in paths}
+    kinds = {recognise_weather(path).key for path in paths}
     if kinds == {"era5"}:
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")

@@ -13,7 +13,7 @@ from ..energy.counted_area import classify_again
 from ..energy.pv_system import ELECTRIC
 from ..light.prepare_scene import build_tree
 from ..rays.hemisphere_rays import is_compiled
-from ..results.output_folder import whole_folder
+from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME as RAYS
 from ..results.rays_file import write_rays
 from ..results.transfer_file import read_transfer
@@ -90,7 +90,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         log.clock.lap("read city")
         find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
-        weather = read_year(scene.site, request)
+        weather = read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         if request.time_budget and free and not cluster:
@@ -213,7 +213,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
             log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:
             log.write(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
-        weather = read_year(transfer.site, request, transfer.suns)
+        kept = work / ASKED, Path(folder) / ASKED, Path(transfer_path).parent / ASKED
+        weather = read_year(transfer.site, request, transfer.suns, kept)
         log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_energy(work, transfer, weather, request, log)

@@ -16,7 +16,7 @@ from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, mark_of
-from ..results.output_folder import whole_folder
+from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
@@ -62,7 +62,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "trail": kept.trail}
         transfer = read_transfer(Path(base_folder) / "transfer.nc")
         base = restore_editable(kept.scene, kept.request, transfer, **known)
-        weather = read_year(kept.scene.site, kept.request)
+        weather = read_year(kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED))
         log.write(describe_weather(weather, kept.scene.site))
         log.clock.lap("read base")
         city, request = edit_city(kept.city, read_change(wish, kept), kept.scene.site.convergence), kept.request

@@ -12,6 +12,7 @@ from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import describe_duration
 from ..study import check_settings
+from ..weather.sources import parse_asked
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
 from ..world.group_errors import add_mix, parse_mix
@@ -118,8 +119,8 @@ def check_world_settings(request, settings):
         raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {FEWEST} or more")
     if grid and settings.years:
         raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
-    if request.weather == "pvgis":
-        raise InputError("--weather", "pvgis is for single places", "give climate, clear-sky or files")
+    if isinstance(request.weather, str) and parse_asked(request.weather):
+        raise InputError("--weather", f"{request.weather} is for single places", "give climate, clear-sky or files")
 
 
 def modules_alone(request):

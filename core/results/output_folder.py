@@ -31,7 +31,8 @@ NAMES += (
     "world_months.png",
     "world_day.png",
 )
-NAMES += ("city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
+ASKED = "asked_weather"  # folder of answers of services
+NAMES += (ASKED, "city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
 SITE_NAMES = ("tiles", "buildings", "page", "index.html")  # of a solar map
 SITE_FILES = "page/files.txt"  # of a solar map: all its files
 LOCK, NEW, OLD = ".lock", "new", "old"  # in the temporary folder: lock, results that are written, results before

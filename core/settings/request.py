@@ -94,7 +94,11 @@ class Request(SystemSettings):
     )
     # the weather
     weather: str | list = of_weather(
-        "climate", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
+        "climate",
+        "weather files; climate; clear-sky; pvgis, a typical year; or a service with years: pvgis:2005-2023, "
+        "nasa-power:2015-2023, era5:2019, open-meteo:2019",
+        kind="texts",
+        metavar="FILE",
     )
     time_shift: float = of_weather(0.0, "added to the times of weather files", unit="min", least=-720, most=720)
     weather_place: tuple | None = of_weather(
@@ -143,7 +147,9 @@ class Request(SystemSettings):
     ground_material: str = of_light("", "name of the generated ground's material", option="")
     far_ground: bool = of_light(True, "open, sunlit ground beyond the city, up to the horizon", panel="trace")
     horizon: str | None = of_light(
-        None, "distant terrain: GeoTIFF or ASC heights up to 50 km around, or angles (csv, PVGIS)", metavar="FILE"
+        None,
+        "distant terrain: GeoTIFF or ASC heights up to 50 km around, angles (csv, PVGIS), or pvgis",
+        metavar="FILE",
     )
     sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
     estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)

@@ -10,6 +10,7 @@ Four formats of angles are told apart by their content:
 
 import json
 import re
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ..read.read_terrain import RASTERS, RELIEFS
 from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
+OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
 AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 MESHES = (*RELIEFS, ".obj")
@@ -37,6 +39,8 @@ def check_horizon(path):
     ------
     InputError
     """
+    if path == OF_PLACE:
+        return
     if not is_raster(path):
         read_horizon_table(path)
         return
@@ -65,7 +69,7 @@ def read_horizon(path, scene):
     Parameters
     ----------
     path : path-like
-        GeoTIFF or ASC grid with its reference system, or a file of angles as in `read_horizon_table`.
+        GeoTIFF or ASC grid with its reference system, a file of angles as in `read_horizon_table`, or "pvgis".
     scene : Scene
 
     Returns
@@ -79,6 +83,8 @@ def read_horizon(path, scene):
     InputError
         The file cannot be used, or does not reach the site.
     """
+    if path == OF_PLACE:
+        return ask_horizon(scene.site.latitude, scene.site.longitude), []
     if not is_raster(path):
         return read_horizon_table(path), []
     own = scene.triangle_surface >= 0
@@ -98,6 +104,43 @@ def read_horizon(path, scene):
         eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
         found.append(horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye))
     return found[0], found[1:]
+
+
+@lru_cache(maxsize=8)  # of this process: each scene asks several times
+def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
+    """Horizon of a place from PVGIS' server, whose heights are those of SRTM (3 arc seconds).
+
+    Parameters
+    ----------
+    latitude, longitude : float
+        [°]
+    timeout : tuple of float
+        [s] to reach it, and for its answer.
+
+    Returns
+    -------
+    TerrainHorizon
+
+    Raises
+    ------
+    InputError
+        No network, a refusal, or an answer of another kind.
+    """
+    import pvlib
+
+    url, place = pvlib.iotools.pvgis.URL, (round(latitude, 4), round((longitude + 180) % 360 - 180, 4))
+    cure = "give a file of angles or heights, or leave --horizon out"
+    try:
+        profile, _ = pvlib.iotools.get_pvgis_horizon(*place, url=url, timeout=timeout)
+        azimuth, elevation = profile.index.to_numpy(float), profile.to_numpy(float)
+    except OSError as error:  # what requests raises
+        words = " ".join(str(error).split())[:120]
+        problem = f"{url} was not reached or refused ({type(error).__name__}: {words})"
+        raise InputError("--horizon pvgis", problem, cure) from error
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+        problem = f"{url} sent no horizon ({type(error).__name__})"
+        raise InputError("--horizon pvgis", problem, cure) from error
+    return horizon_of_angles(f"PVGIS {place[0]:g}°, {place[1]:g}°", azimuth, elevation)
 
 
 def distance_to_end(point, triangles):
@@ -164,6 +207,11 @@ def read_horizon_table(path):
             raise InputError(path, "is not a horizon of PVGIS", CURE) from error
     else:
         azimuth, elevation = angles_of_text(path, text)
+    return horizon_of_angles(path, azimuth, elevation)
+
+
+def horizon_of_angles(path, azimuth, elevation):
+    """TerrainHorizon of azimuths from north and elevations, (n,) [°], of a file or a place for messages."""
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
     # Compared so that NaN fails too.

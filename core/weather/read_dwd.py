@@ -10,6 +10,8 @@ import pyproj
 
 from ..read.open_input import read_text
 from ..settings.errors import InputError, first_true, parsing
+from ..sun.solar_position import solar_position
+from .check_sun_times import measure_sun_times
 from .weather import DAMAGED, TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
@@ -97,10 +99,9 @@ def find_place(path, head):
 
 
 def read_try(path, place=None):
-    """Read a test reference year: Rechtswert and Hochwert, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
+    """Read a test reference year of 2017: Rechtswert and Hochwert, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
 
-    Hour 1 ends at 1:00 of Central European Time (UTC+1); B and D are the direct and the diffuse part on a horizontal
-    plane. The year is put on the calendar of 2021.
+    B and D are the direct and the diffuse part on a horizontal plane, in Central European Time (UTC+1): see `_lay_try`.
 
     Parameters
     ----------
@@ -115,15 +116,7 @@ def read_try(path, place=None):
     """
     path = Path(path)
     lines = read_text(path).splitlines()
-    names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
-    rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
-    table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
-    day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
-    times = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
-    if (first := first_true((day != times.day) | (hour != times.hour + 1))) is not None:
-        problem = f"row {first + 1} is of day {day[first]:.0f}, hour {hour[first]:.0f}"
-        raise InputError(path, problem, "give every hour of the year in order")
-    table.index = times - ZONE
+    table = _read_try_table(path, lines, ["RW", "HW"])
     if place is None:
         values = []
         for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
@@ -134,4 +127,58 @@ def read_try(path, place=None):
         globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
         place = round(latitude, 5), round(longitude, 5), values[2]
-    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)", columns=TRY_COLUMNS)
+    return _lay_try(path, table, place)
+
+
+def read_try_2010(path, place=None):
+    """Read a test reference year of 2010: RG IS MM DD HH N WR WG t p x RF W B D IK A E IL of one of 15 regions.
+
+    As `read_try`; the place stands in the header's line Lage, in degrees and minutes.
+    """
+    path = Path(path)
+    lines = read_text(path).splitlines()
+    table = _read_try_table(path, lines, ["RG", "IS"])
+    if place is None:
+        # Degrees may be written in any encoding: what is between the numbers does not count.
+        pattern = r"Lage\D*(\d+)\D+(\d+)\D*?N\D*?(\d+)\D+(\d+)\D*?[OE]\b\D*(\d+)?"
+        found = re.search(pattern, "\n".join(lines[:40]))
+        if not found:
+            raise InputError(path, "no place (Lage) in its header", "give --weather-place LATITUDE LONGITUDE")
+        numbers = [float(number or 0) for number in found.groups()]
+        place = round(numbers[0] + numbers[1] / 60, 5), round(numbers[2] + numbers[3] / 60, 5), numbers[4]
+    return _lay_try(path, table, place)
+
+
+def _read_try_table(path, lines, first_names):
+    """Variables and hours of a test reference year, whose line of names begins with these."""
+    start = next((number for number, line in enumerate(lines) if line.split()[:2] == first_names), None)
+    if start is None:
+        problem = f"the line of column names ({' '.join(first_names)} MM DD HH …) is missing"
+        raise InputError(path, problem, "download the file again; it may be cut")
+    rows = [line for line in lines[start + 1 :] if re.match(r"\s*\d+\s+\d+\s", line)]
+    if not rows:
+        raise InputError(path, "no hours below its column names", "download the file again; it may be cut")
+    table = read_columns(path, lines[start].split(), rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
+    day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
+    table.index = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
+    if (first := first_true((day != table.index.day) | (hour != table.index.hour + 1))) is not None:
+        problem = f"row {first + 1} is of day {day[first]:.0f}, hour {hour[first]:.0f}"
+        raise InputError(path, problem, "give every hour of the year in order")
+    return table
+
+
+def _lay_try(path, table, place):
+    """Record of a test reference year, put on the calendar of 2021.
+
+    Radiation of hour 1 is that of 0:00 to 1:00, or, in files of 2017, centred at 1:00. The sun tells which one it is,
+    to some minutes: half an hour lies between them.
+    """
+    half_hour, notes = pd.Timedelta(minutes=30), []
+    data = table.set_axis(table.index - ZONE, axis=0)
+    sun = solar_position(data.index, 2 * half_hour, *place[:2])
+    light = data[["ghi", "dhi"]].clip(lower=0.0)
+    shift = measure_sun_times(light, 2 * half_hour, place[0], sun).daylight_shift
+    if shift is not None and 15 <= shift <= 45:
+        data.index += half_hour
+        notes.append("radiation of hour 1 is that of 0:30 to 1:30, by the sun")
+    return Record(data, *place, str(path), f"DWD TRY {path.name} (typical year)", notes, TRY_COLUMNS)

@@ -1,4 +1,4 @@
-"""ERA5 reanalysis in NetCDF, as delivered by the Climate Data Store or saved by other programs."""
+"""ERA5 and ERA5-Land in NetCDF, as delivered by the Climate Data Store or saved by other programs."""
 
 import tempfile
 import zipfile
@@ -84,13 +84,13 @@ def read_era5(paths, latitude, longitude, altitude, point):
     Returns
     -------
     Record
-        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, pressure [Pa].
+        ghi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, dhi [Wm⁻²] and pressure [Pa].
     """
     if point not in ("nearest", "bilinear"):
         raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
     paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
     with ExitStack() as stack:
-        grid = open_era5_grid(paths, stack)
+        grid = open_era5_grid(paths, stack, ("ssrd", "t2m"))
         north = grid.latitude - latitude
         # Eastward distance by the shorter way round, so that 359.75° is near 0°.
         east = (grid.longitude - longitude + 180.0) % 360.0 - 180.0
@@ -105,11 +105,12 @@ def read_era5(paths, latitude, longitude, altitude, point):
     table = sum(a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners).to_dataframe()
     # The values are those of the grid; the sun is that of the requested place.
     place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
-    label = f"ERA5 {', '.join(path.name for path in paths)} ({point}: {place})"
-    return Record(convert_era5(table), latitude, longitude, altitude, grid.source, label, columns=COLUMNS)
+    table, notes = undo_sums(table)
+    label = f"ERA5{'-Land' if notes else ''} {', '.join(path.name for path in paths)} ({point}: {place})"
+    return Record(convert_era5(table), latitude, longitude, altitude, grid.source, label, notes, COLUMNS)
 
 
-def open_era5_grid(paths, stack):
+def open_era5_grid(paths, stack, needed=NEEDED):
     """Open the files of a grid without reading their values.
 
     Parameters
@@ -119,6 +120,8 @@ def open_era5_grid(paths, stack):
         without any of these variables are ignored.
     stack : contextlib.ExitStack
         Closes them.
+    needed : tuple of str
+        Variables that must be there, beside the wind.
 
     Returns
     -------
@@ -144,7 +147,7 @@ def open_era5_grid(paths, stack):
     if not files:
         raise InputError(source, "no weather variable inside", CURE)
     names = {name for _, scales in files for name in scales}
-    missing = [name for name in NEEDED if name not in names]
+    missing = [name for name in needed if name not in names]
     if "ws10" not in names:
         missing += sorted(WIND - names)
     if missing:
@@ -255,24 +258,51 @@ def open_file(path, file, stack):
     return dataset.rename({name: ours for ours, name in names.items()}), scales
 
 
+def undo_sums(table):
+    """Hourly radiation from sums since 0 UTC, as ERA5-Land has them, and what was done: pandas.DataFrame, list of str.
+
+    Only such sums never fall from 1 to 24 UTC of any day. The first stamp of a file that begins at 0 UTC is the sum of
+    a day before it: there the same hour of the next day is taken.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        As in `convert_era5`, by its stamps.
+    """
+    names = [name for name in ACCUMULATED if name in table]
+    steps, after = table[names].diff(), table.index.hour != 1
+    hourly = len(table) > 48 and (table.index[1:] - table.index[:-1] == HOUR).all()
+    if not hourly or not (table["ssrd"] > 0).any():
+        return table, []
+    # Packed integers may fall by their last digit.
+    if (steps["ssrd"][after] < -1e-3 * table["ssrd"].max()).any():
+        return table, []
+    steps = steps.where(after[:, None], table[names])
+    if table.index[0].hour == 0:
+        steps.iloc[0] = steps.iloc[24]
+    return table.assign(**steps.clip(lower=0.0)), ["radiation of each hour from sums since 0 UTC"]
+
+
 def convert_era5(table):
     """Irradiance, temperature and wind from ERA5's own variables.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        ssrd, fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps in UTC end the interval.
+        ssrd, perhaps fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the interval, UTC.
 
     Returns
     -------
     pandas.DataFrame
-        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps start the interval.
+        ghi, perhaps dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps start the interval.
     """
     steps = table.index[1:] - table.index[:-1]
     interval = steps.to_series().mode().iloc[0] if len(steps) else HOUR
     # Values are packed integers: at night slightly off zero, and fdir slightly above ssrd.
     wind = table["ws10"] if "ws10" in table else np.hypot(table["u10"], table["v10"])
-    data = pd.DataFrame({"ghi": table["ssrd"], "dhi": table["ssrd"] - table["fdir"]})
+    data = pd.DataFrame({"ghi": table["ssrd"]})
+    if "fdir" in table:
+        data["dhi"] = table["ssrd"] - table["fdir"]
     data = data.assign(temp_air=table["t2m"], wind_speed=wind)
     if "sp" in table:
         data["pressure"] = table["sp"]

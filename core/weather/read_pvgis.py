@@ -1,4 +1,4 @@
-"""Weather of PVGIS (European Commission, Joint Research Centre): typical years and hourly series, read or downloaded.
+"""Weather of PVGIS (European Commission, Joint Research Centre): typical years and hourly series.
 
 Irradiance is that of one satellite image per hour: the interval is centred on its time, which in typical years is
 "Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the stamp itself.
@@ -22,20 +22,15 @@ HALF_HOUR = pd.Timedelta(minutes=30)
 LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
 TYPICAL_HOURS = 8760
 CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
-TIMEOUT = (5.0, 60.0)  # [s] to reach the server, and for its answer
-NOT_REACHED = ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError")
-NO_NETWORK = "give a file, or --weather climate, which needs no network"
 
 
-def read_pvgis(path, file_format):
+def read_pvgis(path):
     """Read a typical meteorological year or an hourly series of PVGIS.
 
     Parameters
     ----------
     path : path-like
-        The file; may be gz-compressed.
-    file_format : {"csv", "json"}
-        How it is written.
+        The file, csv or json; may be gz-compressed.
 
     Returns
     -------
@@ -43,6 +38,7 @@ def read_pvgis(path, file_format):
     """
     path = Path(path)
     text = read_text(path)
+    file_format = "json" if text.lstrip().startswith("{") else "csv"
     if file_format == "csv":
         hourly, typical = "\ntime," in text, "time(UTC)" in text
     else:
@@ -76,7 +72,7 @@ def read_typical(path, text, file_format):
             cells = pd.DataFrame(tree["outputs"]["tmy_hourly"])
         if "time(UTC)" not in cells:
             raise InputError(path, "its hours have no time(UTC)", CURE)
-        place = _place_of_inputs(path, tree.get("inputs"))
+        place = place_of_inputs(path, tree.get("inputs"))
     latitude, longitude, altitude, offset = map(float, place)
     table = pd.DataFrame({ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells})
     times = pd.to_datetime(cells["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
@@ -85,7 +81,7 @@ def read_typical(path, text, file_format):
     return Record(data, latitude, longitude, altitude, str(path), label, columns=COLUMNS)
 
 
-def _place_of_inputs(source, inputs):
+def place_of_inputs(source, inputs):
     """Latitude, longitude [°], elevation [m] and time offset [h] that the inputs of PVGIS' JSON name.
 
     Elevation and offset are 0 where they are not told.
@@ -118,7 +114,7 @@ def read_hourly(path, text, file_format):
     with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
         table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
     if file_format == "json":
-        latitude, longitude, altitude, _ = _place_of_inputs(path, meta["inputs"])
+        latitude, longitude, altitude, _ = place_of_inputs(path, meta["inputs"])
         slope = meta["inputs"]
         for name in ("mounting_system", "fixed", "slope", "value"):
             slope = slope.get(name) if isinstance(slope, dict) else None
@@ -132,47 +128,14 @@ def read_hourly(path, text, file_format):
         raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)
     if not {"temp_air", "wind_speed"} <= set(table):
         raise InputError(path, "temperature and wind, T2m and WS10m, are missing", CURE)
-    data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})
-    data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
-    data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
-    label, columns = f"PVGIS {path.name} (hourly series)", COLUMNS | {"ghi": "Gb(i) + Gd(i)", "dhi": "Gd(i)"}
+    data, columns = convert_hourly(table)
+    label = f"PVGIS {path.name} (hourly series)"
     return Record(data.astype(float), latitude, longitude, altitude, str(path), label, columns=columns)
 
 
-def download_pvgis(latitude, longitude, url=None):
-    """Download a typical year, with the same intervals as from a file.
-
-    Parameters
-    ----------
-    latitude, longitude : float
-        Place [°].
-    url : str, optional
-        URL of the server; by default that of pvlib.
-
-    Returns
-    -------
-    Record
-        Includes the horizon of distant terrain, from PVGIS.
-
-    Raises
-    ------
-    InputError
-        If there is no network, or PVGIS has no data for this place; with its message in one line.
-    """
-    longitude = (longitude + 180.0) % 360.0 - 180.0
-    address = url or pvlib.iotools.pvgis.URL
-    try:
-        table, meta = pvlib.iotools.get_pvgis_tmy(
-            latitude, longitude, timeout=TIMEOUT, coerce_year=None, map_variables=True, url=address
-        )
-    except OSError as error:  # what requests raises, from a missing network to PVGIS' own refusal
-        words = f"{address} refused ({' '.join(str(error).split())[:160]})"
-        if error.__class__.__name__ in NOT_REACHED:
-            words = f"cannot reach {address} ({error.__class__.__name__})"
-        raise InputError("--weather pvgis", words, NO_NETWORK) from error
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        problem = f"{address} sent no typical year ({type(error).__name__})"
-        raise InputError("--weather pvgis", problem, NO_NETWORK) from error
-    latitude, longitude, altitude, offset = _place_of_inputs("--weather pvgis", meta["inputs"])
-    label = f"PVGIS {latitude:g}°, {longitude:g}° (typical year, downloaded)"
-    return Record(lay_intervals(table, offset), latitude, longitude, altitude, "pvgis", label, columns=COLUMNS)
+def convert_hourly(table):
+    """Our variables by the start of each interval, and their names, of an hourly series as pvlib reads it."""
+    data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})
+    data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
+    data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
+    return data, COLUMNS | {"ghi": "Gb(i) + Gd(i)", "dhi": "Gd(i)"}

@@ -1,31 +1,20 @@
-"""Tables of weather stations: EnergyPlus weather (EPW), TMY3 and PSM of the US National Solar Radiation Database, and
-plain csv.
+"""Tables of the US National Solar Radiation Database: TMY3 and PSM.
 
 Each reader takes the path of a file, which may be gz-compressed, and returns a Record.
 """
 
 import csv
-import io
 import re
 from pathlib import Path
 
 import pandas as pd
-import pvlib
 
-from ..read.open_input import open_text, read_text
+from ..read.open_input import open_text
 from ..settings.errors import InputError, first_true, parsing
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 # Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources in that format have
 # a subset of its columns.
-EPW = {
-    "ghi": "Global Horizontal Radiation",
-    "dhi": "Diffuse Horizontal Radiation",
-    "dni": "Direct Normal Radiation",
-    "temp_air": "Dry Bulb Temperature",
-    "wind_speed": "Wind Speed",
-    "pressure": "Atmospheric Station Pressure",
-}
 TMY3 = {
     "ghi": "GHI (W/m^2)",
     "dhi": "DHI (W/m^2)",
@@ -37,60 +26,15 @@ TMY3 = {
 PSM = {"ghi": "GHI", "dhi": "DHI", "dni": "DNI", "temp_air": "Temperature", "wind_speed": "Wind Speed"}
 PSM |= {"pressure": "Pressure"}
 
-# Missing values are at or above these numbers, or at or below that one.
-EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
-HOTTEST = 140.0  # [°F] above which a temperature is another mark of a missing value
+# Missing values are at or below these numbers.
 TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 
 HOUR = pd.Timedelta(hours=1)
-HEADER_LINES, EPW_COLUMNS = 8, 35
-OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
 HEADER = ("Time Zone", "Local Time Zone", "Latitude", "Longitude", "Elevation")  # fields of the first line of PSM
 STAMP = ("Year", "Month", "Day", "Hour", "Minute")
 CURE = "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed (docs/reference/weather.md)"
-
-
-def read_epw(path):
-    """Read an EPW file of a station.
-
-    Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour. A typical year is
-    put into one calendar year. Temperature, wind and pressure are those of the record's own hour.
-
-    In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the header of its csv, in
-    hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row of
-    hour h in EPW has the image stamped h, so the image was taken one hour plus the offset after h.
-    """
-    path = Path(path)
-    lines = read_text(path).splitlines()
-    # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants them in one row.
-    if len(lines) > HEADER_LINES:
-        lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
-    with parsing(path, "cannot be read as epw", DAMAGED):
-        table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
-    table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
-    data = take_columns(path, table, EPW).set_axis(table.index, axis=0)
-    hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
-    if hot.any():
-        problem = f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
-        raise InputError(path, problem, "give °C, which are (°F − 32) / 1.8")
-    for name, mark in EPW_MISSING.items():
-        data[name] = data[name].mask(data[name] >= mark)
-    # Pressure can be computed from the altitude of the station; the other variables have no substitute.
-    if data["pressure"].isna().any():
-        data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
-    (data, typical), notes = coerce_year(data), []
-    found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
-    if found:
-        offset = float(found[1])
-        after = offset + 1.0  # [h] from the end of the hour to the image, which is the middle of the interval
-        data.index += pd.Timedelta(seconds=round((after + 0.5) * 3600.0))
-        words = f"irradiance of images {after:+.4f} h from the end of the hour"
-        notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")
-    label = f"EPW {path.name} ({place['city'].strip()}{', typical year' if typical else ''})"
-    place = place["latitude"], place["longitude"], place["altitude"]
-    return Record(data, *place, str(path), label, notes, EPW)
 
 
 def take_columns(path, table, names, missing=None):
@@ -193,75 +137,3 @@ def read_psm(path):
     label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
     latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
     return Record(data, latitude, longitude, altitude, str(path), label, columns=PSM)
-
-
-NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
-UTC_OFFSET = r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$"
-
-
-def read_weather_csv(path, latitude, longitude, altitude):
-    """Read a csv whose first column is the start of each interval, with its UTC offset, and whose names are pvlib's.
-
-    Columns: two or three of ghi, dhi, dni [Wm⁻²]; temp_air [°C]; wind_speed [ms⁻¹]; optionally pressure [Pa]. Lines
-    that start with # are skipped.
-
-    Parameters
-    ----------
-    path : path-like
-        The file; may be gz-compressed.
-    latitude, longitude : float
-        Place of the weather [°], which is not in the file.
-    altitude : float
-        Of that place [m].
-
-    Returns
-    -------
-    Record
-    """
-    path = Path(path)
-    text = read_text(path)
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    if header.count(",") < 2 and re.search(r"[;\t]", header):
-        cure = "write commas between columns, and points in numbers"
-        raise InputError(path, "its columns are separated by other signs than commas", cure)
-    with parsing(path, "cannot be read as csv", DAMAGED):
-        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
-    given = [str(name).strip() for name in table.iloc[0]]
-    names = [name.lower() if name.lower() in NAMES else name for name in given]
-    twice = [name for name in NAMES if names.count(name) > 1]
-    if twice:
-        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
-    table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
-    names = [name for name in NAMES if name in table]
-    if not names:
-        problem = f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather variable"
-        raise InputError(path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure")
-    times = read_times(path, table.iloc[:, 0])
-    data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
-    columns = dict(zip(table.columns, given, strict=True))
-    return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}", columns=columns)
-
-
-def read_times(path, column):
-    """Parse time stamps with UTC offsets.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, for messages.
-    column : pandas.Series of str
-        First column of the table.
-
-    Returns
-    -------
-    pandas.DatetimeIndex, (t,)
-        In UTC.
-    """
-    column = column.fillna("")
-    times = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
-    zoned = column.str.contains(UTC_OFFSET)
-    if (row := first_true(times.isna() | ~zoned)) is not None:
-        what = "is not a time" if zoned.iloc[row] else "has no time zone"
-        problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) {what}"
-        raise InputError(path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00")
-    return pd.DatetimeIndex(times)

@@ -5,17 +5,21 @@ A step is done, stale because a setting was changed since, or still to do.
 
 import os
 import sys
+from pathlib import Path
 
 import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.request import Request
+from ...core.weather.formats import FORMATS, suffixes_of_weather
+from ...core.weather.sources import ASKED_BY_KEY
 from ..attributes import PREFIX
 from ..in_place import is_in_place
 from ..job import threads_beside_window
 from ..members import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 
+FILES_WORDS = f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
 ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
 ASKED = PREFIX + "asked_"  # + step: property of a city
 STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
@@ -31,7 +35,7 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
         *map(name_switch, OF_LIGHT),
     ),
     "energy": (
-        *("weather", "weather_file", "weather_place", "weather_point", "year"),
+        *("weather", "weather_file", "weather_years", "weather_place", "weather_point", "year"),
         *settings_of_panel("weather"),
         *settings_of_panel("energy"),
         *map(name_switch, ELECTRIC),
@@ -49,8 +53,11 @@ def read_settings(settings):
     ground, terrain, weather, albedo_file = settings.ground, None, settings.weather, None
     if ground == "terrain":
         ground, terrain = "auto", read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground")
-    if weather == "pvgis" and not bpy.app.online_access:
-        raise InputError("Weather", "Blender may not use the network", "allow online access in Preferences > System")
+    if weather in ASKED_BY_KEY and settings.weather_years.strip():
+        weather = f"{weather}:{settings.weather_years.strip()}"
+    online = {"Weather": settings.weather in ASKED_BY_KEY, "Horizon": settings.horizon == "pvgis"}
+    for title in [title for title, asks in online.items() if asks and not bpy.app.online_access]:
+        raise InputError(title, "Blender may not use the network", "allow online access in Preferences > System")
     if weather == "file":
         weather = read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
     if settings.albedo_source == "file":
@@ -100,6 +107,12 @@ def read_weather_place(settings):
         problem = f"{settings.weather_place!r} is not a latitude and a longitude"
         raise InputError("Measured at", problem, "give two numbers in degrees, such as 52.38 13.06") from None
     return (latitude, longitude) if words else None
+
+
+def folder_of_answers():
+    """Where answers of weather services are kept: beside the .blend file, else for this run of Blender."""
+    beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
+    return beside / "weather"
 
 
 def find_preferences():

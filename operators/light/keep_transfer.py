@@ -9,7 +9,7 @@ from bpy.app.handlers import persistent
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
 from ..attributes import PREFIX
-from ..city.read_settings import read_settings, state_of_step
+from ..city.read_settings import folder_of_answers, read_settings, state_of_step
 from ..members import check_unedited
 from ..session import KEPT, Session, find_city, find_session, list_cities, open_session
 
@@ -92,7 +92,7 @@ def weigh(session, path, request, progress=silent):
     if session.transfer is None:
         session.transfer = read_transfer(path)
     progress("reading weather", 0, 1, "years")
-    weather = read_year(session.transfer.site, request, session.transfer.suns)
+    weather = read_year(session.transfer.site, request, session.transfer.suns, (folder_of_answers(),))
     return weather, compute_energy(session.transfer, weather, request, progress)
 
 

@@ -11,7 +11,7 @@ from ...core.settings.progress import describe_duration
 from ...core.settings.request import Request
 from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
-from ..city.read_settings import read_settings
+from ..city.read_settings import folder_of_answers, read_settings
 from ..job import compile_loops
 from ..members import check_unedited
 from ..run_step import Action, OfCity, Step
@@ -43,7 +43,7 @@ def prepare_weather(session, request, progress):
     check_settings(request)
     compile_loops(progress)
     progress("reading weather", 0, 1, "years")
-    return read_year(session.scene.site, request)
+    return read_year(session.scene.site, request, keep=(folder_of_answers(),))
 
 
 class PlanEffects(OfScene, Step, bpy.types.Operator):

@@ -88,7 +88,7 @@ def test_era5_of_several_years_with_one_left_out(tmp_path):
 
 
 def test_era5_without_a_variable_or_with_another_unit(tmp_path):
-    refuse(save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["fdir", "t2m"])), "fdir, t2m", "missing")
+    refuse(save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["ssrd", "t2m"])), "ssrd, t2m", "missing")
 
     # Joules that are called watts.
     watts = save_era5(tmp_path / "b.nc", lambda dataset: spell(dataset, {"ssrd": "W m**-2"}))

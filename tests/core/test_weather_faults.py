@@ -10,7 +10,8 @@ from weathers import BARROW, DATA, HOUR, POTSDAM_2018, PVGIS
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.check_faults import check_diffuse, check_faults, check_summer_time, cut_days
-from citypv.core.weather.read_weather import check_record, read_file, recognise_weather
+from citypv.core.weather.formats import recognise_weather
+from citypv.core.weather.read_weather import check_record, read_file
 from citypv.core.weather.weather import change_record
 
 RECORDS = {
