@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 import threading
 import time
 import zipfile
@@ -121,10 +122,18 @@ class Handler(BaseHTTPRequestHandler):
         pass
 
 
+class Server(ThreadingHTTPServer):
+    """One whose client may be gone before it answers."""
+
+    def handle_error(self, request, client_address):
+        if not isinstance(sys.exception(), BrokenPipeError | ConnectionResetError):
+            super().handle_error(request, client_address)
+
+
 @contextmanager
 def open_server():
     """A server with its settings, which is closed at the end."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+    with Server(("127.0.0.1", 0), Handler) as server:
         server.asked, server.wait, server.refuse, server.sent = [], 0, None, None
         server.change = server.edit = lambda data: data
         threading.Thread(target=server.serve_forever, daemon=True).start()
