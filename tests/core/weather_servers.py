@@ -126,7 +126,7 @@ class Server(ThreadingHTTPServer):
     """One whose client may be gone before it answers."""
 
     def handle_error(self, request, client_address):
-        if not isinstance(sys.exception(), BrokenPipeError | ConnectionResetError):
+        if not isinstance(sys.exc_info()[1], BrokenPipeError | ConnectionResetError):
             super().handle_error(request, client_address)
 
 
