@@ -112,7 +112,7 @@ def read_weather_place(settings):
 def folder_of_answers():
     """Where answers of weather services are kept: beside the .blend file, else for this run of Blender."""
     beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
-    return beside / "weather"
+    return beside / "asked_weather"
 
 
 def find_preferences():

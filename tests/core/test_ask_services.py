@@ -192,7 +192,7 @@ def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     city, out = write_small_city(tmp_path / "small.gml"), tmp_path / "out"
     run = ["simulate", str(city), "--weather", "open-meteo:2017", "--preset", "draft", "--out", str(out), "--quiet"]
     assert main(run) == 0
-    assert [path.name.split("_")[0] for path in (out / "weather").iterdir()] == ["open-meteo"]
+    assert [path.name.split("_")[0] for path in (out / "asked_weather").iterdir()] == ["open-meteo"]
     assert main([*run, "--overwrite"]) == 0
     again = [
         "yield",
@@ -205,7 +205,7 @@ def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     ]
     assert main(again) == 0
     assert len(server.asked) == 1
-    assert (tmp_path / "yield" / "weather").is_dir()
+    assert (tmp_path / "yield" / "asked_weather").is_dir()
     # What fails leaves nothing behind.
     server.refuse = 429, {"error": True, "reason": "Minutely API request limit exceeded."}
     said = refused("simulate", city, "--weather", "open-meteo:2016", "--out", tmp_path / "none", "--quiet")
