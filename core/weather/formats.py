@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..read.open_input import open_input
 from ..read.parse_json import speaks_of_cityjson
-from ..settings.errors import InputError
+from ..settings.errors import InputError, parsing
 
 BY_PLACE = "let the program ask for it (--weather nasa-power:YEARS, pvgis:YEARS)"
 AS_CSV = "write a csv of times, ghi, dhi, dni, temp_air and wind_speed (docs/reference/weather.md)"
@@ -238,8 +238,8 @@ def _by_key(key):
 
 def _read_head(path):
     """The first bytes of a file as _Head; of a zip, which kind of file it holds."""
-    if zipfile.is_zipfile(path):
-        with zipfile.ZipFile(path) as archive:
+    if path.is_file() and zipfile.is_zipfile(path):  # a pipe would wait for ever
+        with parsing(path, "cannot be unpacked", "download it again; it may be cut"), zipfile.ZipFile(path) as archive:
             names = [Path(name).suffix.lower() for name in archive.namelist() if not name.endswith("/")]
         return _Head(b"PK", "", [""], ".csv" if names and set(names) == {".csv"} else ".nc")
     with open_input(path) as stream:

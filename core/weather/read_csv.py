@@ -57,6 +57,8 @@ def read_weather_csv(path, own):
     if "pressure" in data and 300 < data["pressure"].median() < 1150:
         data["pressure"] *= 100.0
         notes.append("pressure is in hPa, by its size")
+    if table.empty:
+        raise InputError(path, "has no rows below its header", DAMAGED)
     local = times.tz_convert(_zone_of(str(table.iloc[0, 0])))
     if typical := _is_typical(local):
         data, _ = coerce_year(data.set_axis(local, axis=0))

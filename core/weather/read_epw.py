@@ -51,6 +51,8 @@ def read_epw(path):
     with parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
     table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
+    if table.empty:
+        raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
     data = take_columns(path, table, EPW).set_axis(starts, axis=0)
     hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..read.open_input import read_text
+from ..read.open_input import FREE_BYTES, LARGEST_GAIN, read_text
 from ..settings.errors import InputError, first_true, parsing
 from .weather import DAMAGED, Record, read_numbers
 
@@ -146,6 +146,11 @@ def read_point_series(path):
     with parsing(path, "cannot be read as point series", DAMAGED):
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
+                size = sum(member.file_size for member in archive.infolist())
+                if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
+                    raise InputError(
+                        path, f"unpacks to {size / 1e9:.1f} GB, an implausible ratio", "unpack it yourself"
+                    )
                 names = sorted(name for name in archive.namelist() if name.lower().endswith(".csv"))
                 tables = [pd.read_csv(archive.open(name)) for name in names]
         else:
@@ -153,6 +158,8 @@ def read_point_series(path):
     for table in tables:
         if not {"valid_time", "latitude", "longitude"} <= set(table):
             raise InputError(path, "no columns valid_time, latitude and longitude", "download a point series of ERA5")
+        if table.empty:
+            raise InputError(path, "has no hours", AGAIN)
     first, *others = (table.set_index("valid_time") for table in tables)
     table = first.join([other.drop(columns=[n for n in other if n in first]) for other in others]) if others else first
     place = table[["latitude", "longitude"]].to_numpy(float)

@@ -2,6 +2,7 @@
 
 import gzip
 import re
+import zipfile
 from types import SimpleNamespace
 
 import numpy as np
@@ -213,3 +214,35 @@ def test_files_of_the_tests_are_what_they_were():
         "pvgis_t": "pvgis-json",
         "tmy3_74": "tmy3",
     }
+
+
+DAMAGED = {
+    "a.json": '{"utc_offset_seconds": 0, "elevation": 1}',
+    "b.json": '{"utc_offset_seconds": "x", "elevation": null, "hourly": {"time": ["2019-01-01T00:00"]}}',
+    "c.json": '{"utc_offset_seconds": 0, "elevation": 1, "hourly": [1, 2]}',
+    "d.json": '{"properties": {}, "geometry": {}}',
+    "e.json": '{"properties": {"parameter": {"T2M": {"2019": 1}}}, "geometry": {"coordinates": [1, 2, 3]}}',
+    "f.csv": "latitude,longitude,elevation,utc_offset_seconds\n1,2\n\ntime,temperature_2m (°C)\n0,3\n1,3\n",
+    "g.csv": "-BEGIN HEADER-\nNASA/POWER\n-END HEADER-\n",
+    "h.csv": "# CAMS\n# Observation period;GHI\n1;2\n",
+    "i.csv": "period_end,ghi\n,\n",
+    "j.csv": "valid_time,latitude,longitude\n",
+    "k.csv": "time,ghi\n",
+    "l.dat": "Lage: 52° 23' N 13° 04' O 81 Meter\nRG IS MM DD HH N WR WG t p\n4 1 1 1 1 0 0 1 1 1000\n",
+    "m.epw": "LOCATION,a,b,c,d,1,52,13,1,30\n",
+}
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_damaged_files_of_each_format_are_one_line(tmp_path, name):
+    (tmp_path / name).write_text(DAMAGED[name])
+    refuse(tmp_path / name)
+
+
+def test_damaged_zips_are_one_line(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("a.csv", "x,y\n1,2\n")
+    refuse(tmp_path / "a.zip", "no columns valid_time")
+    content = (tmp_path / "a.zip").read_bytes()
+    (tmp_path / "b.zip").write_bytes(content[:30] + b"other" + content[35:])
+    refuse(tmp_path / "b.zip", "cannot be read as point series")
