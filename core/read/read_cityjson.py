@@ -60,7 +60,7 @@ def read_cityjson(path, report_share=silent):
             reading.start(value, line)
         elif kind in ("FeatureCollection", "Feature", "GeometryCollection"):
             (geojson,) = (row for row in NOT_READ if ".geojson" in row.suffixes)
-            raise InputError(path, f"is {geojson.name}", geojson.cure)
+            raise InputError(path, f"is {geojson.name}, not CityJSON", geojson.cure)
         elif kind != "CityJSONFeature":
             word = clean_name(str(kind))[:60]
             raise InputError(path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file")
