@@ -85,12 +85,20 @@ def test_a_file_that_cannot_be_used_is_an_error_in_one_line(addon, tmp_path, con
     assert not bpy.data.objects
 
 
-def test_no_download_without_online_access(addon, city_file):
-    addon.weather = "pvgis"
+@pytest.mark.parametrize(
+    ("weather", "years", "asked"),
+    [("pvgis", "", "pvgis"), ("pvgis", "2005-2023", "pvgis:2005-2023"), ("nasa-power", " 2019 ", "nasa-power:2019")],
+)
+def test_no_download_without_online_access(addon, city_file, weather, years, asked):
+    addon.weather, addon.weather_years = weather, years
     if bpy.app.online_access:
-        assert read_settings(addon).weather == "pvgis"
+        assert read_settings(addon).weather == asked
     else:
-        with pytest.raises(InputError, match="online access"):
+        with pytest.raises(InputError, match=r"Weather: .*online access"):
+            read_settings(addon)
+    addon.weather, addon.horizon = "climate", "pvgis"
+    if not bpy.app.online_access:
+        with pytest.raises(InputError, match=r"Horizon: .*online access"):
             read_settings(addon)
 
 
