@@ -8,11 +8,12 @@ import numpy as np
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from .choose_levels import choose_levels
-from .city import City, ImportReport, free_name, number_names, starts_of
+from .city import City, ImportReport, free_name, number_names, starts_of, take_polygons
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
 from .polygons import clean_rings, measure_polygons
 from .repair_polygons import repair_polygons
+from .strays import find_strays
 
 ORIENTS = ("auto", "as-drawn")
 
@@ -64,6 +65,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
     city = repair_polygons(city, sources, report)
+    city = take_polygons(city, find_strays(city, report))
     report_share(0.65)
     if not len(city):
         raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
@@ -166,13 +168,20 @@ def _name_surfaces(polygons, building, report):
 
 
 def _orient(city, report):
-    """Turn over polygons that face into their building: in closed shells, and in open ones those without a class."""
+    """Turn over polygons that face into their building, and name classes that contradict what they face."""
     found = orient_shells(*city.shape, number_names(city.building_id))
-    wanted, turned = judge_turning(city.shape, found, found.watertight | (np.array(city.thematic) == ""))
+    wanted, turned = judge_turning(city.shape, found, np.ones(len(city), bool))
     city.points = turn_over(*city.shape, turned)
     report.repair("flipped: faced inwards in a watertight shell", city.names_of(turned & found.watertight))
-    report.repair("flipped with its open shell", city.names_of(turned & ~found.watertight))
+    report.repair("flipped with its open shell", city.names_of(turned & ~found.watertight & ~found.loose))
+    report.repair("flipped: faced inwards by rays from both sides", city.names_of(turned & found.loose))
     spared = "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
     doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
     report.note(doubtful, city.names_of(found.doubtful))
-    report.note(spared, city.names_of(wanted & ~turned))
+    report.note(spared, city.names_of(wanted & ~turned & ~found.loose))
+    _, normal = measure_polygons(*city.shape)
+    thematic, upright = np.array(city.thematic), np.sin(np.radians(1))
+    contrary = (thematic == "RoofSurface") & (normal[:, 2] < -upright)
+    contrary |= (thematic == "GroundSurface") & (normal[:, 2] > upright)
+    words = "surfaces face against their class: roofs that face down, or ground that faces up"
+    report.note(words, city.names_of(contrary))

@@ -205,6 +205,7 @@ class Tree:
     trunk_diameter: float | None = None  # [m]
     evergreen: bool = False
     area_density: float | None = None  # [m²/m³] of leaves, where the file gives one
+    fault: str = ""  # why its numbers cannot be used; without a shape it is left out
 
     @property
     def where(self):
@@ -238,6 +239,7 @@ class FileContent:
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)
     extents: list = field(default_factory=list)  # of Extent
+    demolitions: dict = field(default_factory=dict)  # (building, part) -> last day on which it stood
     crs: str | None = None
     axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
     up: str = "z"  # upward axis as read

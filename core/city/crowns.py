@@ -7,7 +7,6 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from ..settings.errors import InputError
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns
 
@@ -45,7 +44,7 @@ def build_crowns(trees, report, move):
 
     A closed shape is the outside of a crown; of a shape that is not closed (crossed pictures) the convex hull is.
     Slim faces below the crown are the trunk. An area of plants without thickness is raised by its height; where it has
-    none (lawns and beds, as many producers draw them) it is left out and listed.
+    none (lawns and beds, as many producers draw them) it is left out and listed, as is a tree without shape and height.
 
     Parameters
     ----------
@@ -60,14 +59,8 @@ def build_crowns(trees, report, move):
     -------
     Crowns or None
         None without trees, or where all of them are left out.
-
-    Raises
-    ------
-    InputError
-        A tree has neither shape nor height.
     """
     built = [(tree, build_tree(tree, report)) for tree in trees]
-    report.skip(AREA, [tree.name for tree, part in built if part is None])
     trees, parts = [tree for tree, part in built if part], [part for _, part in built if part]
     if not parts:
         return None
@@ -86,18 +79,19 @@ def build_crowns(trees, report, move):
 
 
 def build_tree(tree, report):
-    """Triangles of one tree: TreeShape, or None for an area of plants without a height."""
+    """Triangles of one tree: TreeShape, or None if it is left out, as the report then says."""
     if tree.polygons:
         vertices, triangles = triangles_of(tree.polygons)
         if tree.cover and tree.height is None and is_area(vertices, triangles):
+            report.skip(AREA, [tree.name])
             return None
         part = build_shape(tree, vertices, triangles, report)
         if part is not None:
             return part
     if tree.cover or tree.place is None or tree.height is None:
-        lacks, cure = ("height", "height [m]") if tree.height is None else ("place", "reference point or a shape")
-        problem = f"{tree.where} has no shape with a volume and no {lacks}"
-        raise InputError(tree.path, problem, f"give it a {cure}, or leave it out of the file")
+        lacks = "height" if tree.height is None else "place"
+        report.skip(f"vegetation without a shape that has a volume, and without a {lacks}", [tree.name])
+        return None
     return build_ellipsoid(tree, report)
 
 

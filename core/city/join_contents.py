@@ -11,6 +11,7 @@ from .assemble_city import assemble_city
 from .axis_order import PlaceHints, middle_of, note_order, order_axes
 from .judge_sizes import judge_unit
 from .name_crs import choose_crs, hash_plane, pick_crs, with_zone
+from .strays import STRAY_TREE, is_on_earth
 from .transform_crs import LOCAL, UNITS, Grid, choose_plane, plane_of
 
 OFF_GROUND = "implicit geometry in a coordinate reference system whose axes are not metres east and north"
@@ -70,6 +71,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     trees = [tree for content in contents for tree in content.trees]
     city = assemble_city(contents, grid.crs, lod, orient, report_share)
     city.report.unit, city.report.up = unit, next((content.up for content in contents if content.up != "z"), "z")
+    trees = _leave_out_strays(city, trees)
     return replace(city, trees=trees, axes=grid.axes, plane=grid.plane)
 
 
@@ -146,6 +148,19 @@ def _move_content(content, move):
     for tree in content.trees:
         if tree.place is not None:
             tree.place = next(pieces)[0]
+
+
+def _leave_out_strays(city, trees):
+    """Trees of a city without those at heights that the Earth does not have, where the city has none such."""
+    if not is_on_earth(city.points):
+        return trees
+    feet = (np.empty((0, 3)) if tree.place is None else tree.place[None] for tree in trees)
+    corners = [
+        np.concatenate([*(one.rings[0] for one in tree.polygons), foot]) for tree, foot in zip(trees, feet, strict=True)
+    ]
+    near = [is_on_earth(points) for points in corners]
+    city.report.skip(STRAY_TREE, [tree.name for tree, known in zip(trees, near, strict=True) if not known])
+    return [tree for tree, known in zip(trees, near, strict=True) if known]
 
 
 def join_trees(contents):

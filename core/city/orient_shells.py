@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .polygons import measure_polygons, next_in_ring, number_connected
+from .polygons import measure_polygons, next_in_ring, number_connected, polygon_bounds
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
 SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
@@ -20,6 +20,7 @@ class Orientation:
     doubtful: np.ndarray  # (n,) bool: part of a shell that contradicts itself and proves nothing
     shell: np.ndarray  # (n,) int: number of the shell
     agree: np.ndarray  # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
+    loose: np.ndarray  # (n,) bool: shares no edge with what tells its orientation; only rays can
 
 
 def orient_shells(points, ring_start, polygon_start, building):
@@ -29,7 +30,8 @@ def orient_shells(points, ring_start, polygon_start, building):
     opposite directions. Polygons linked by such edges form a shell, which has one of two orientations: the right one
     encloses a positive volume (divergence theorem: V = sum of area vector · point / 3). An open shell is closed by a
     cone over its open edges. A shell with hardly any volume is a sheet: there the larger part of the area, at least two
-    thirds, decides.
+    thirds, decides. Where corners do not meet, single faces are sheets: those of one building are one shell, and those
+    that face its middle are proposed.
 
     Parameters
     ----------
@@ -52,12 +54,40 @@ def orient_shells(points, ring_start, polygon_start, building):
     volume = np.bincount(shell, sign * area * height) / 3
     turned = np.bincount(shell, np.where(sign < 0, area, 0.0), len(size))
     same = np.bincount(shell, np.ones(count), len(size)) == 1
+    closed_shell = closed[shell]
     sure = ~same & (np.abs(volume) > np.where(closed, 1e-6, SURE_VOLUME) * size**1.5)
     agree = ~sure & (np.maximum(turned, size - turned) >= SURE_SHARE * size)
     right = np.where(sure, np.sign(volume), np.where(turned > 0.5 * size, -1.0, 1.0))
     agrees = sign == right[shell]
     doubtful = twisted | (~(sure | agree)[shell])
-    return Orientation(~agrees & ~doubtful, closed[shell] & ~twisted, doubtful, shell, agrees)
+    loose = ~doubtful & ~sure[shell] & (turned[shell] == 0)
+    asked, faces_in = _find_inward((points, ring_start, polygon_start), building, area, normal)
+    agrees[loose] = ~faces_in[loose]
+    # Faces that no edge links are judged together.
+    shell = np.unique(np.where(loose & asked, len(size) + building, shell), return_inverse=True)[1].reshape(-1)
+    return Orientation(~agrees & ~doubtful, closed_shell & ~twisted, doubtful, shell, agrees, loose)
+
+
+def _find_inward(shape, building, area, normal):
+    """Polygons of buildings whose faces together cannot be an outside, and those that face its middle: (n,) bool.
+
+    Area vectors of a closed surface add up to zero, to what is open if its ground is missing. They do not where single
+    faces are inside out; where all are, the volume around the middle is negative.
+    """
+    low, high = polygon_bounds(*shape)
+    count = building.max(initial=-1) + 1
+    bounds = np.full((2, count, 3), np.inf)
+    np.minimum.at(bounds[0], building, low)
+    np.minimum.at(bounds[1], building, -high)
+    middle = 0.5 * (bounds[0] - bounds[1])
+    height = np.einsum("ij,ij->i", normal, 0.5 * (low + high) - middle[building])
+    volume, size = np.bincount(building, area * height, count) / 3, np.bincount(building, area, count)
+    total = np.column_stack([np.bincount(building, area * normal[:, axis], count) for axis in range(3)])
+    slack = 0.02 * size
+    open_side = (np.hypot(total[:, 0], total[:, 1]) > slack) | (total[:, 2] < -slack)
+    # Fewer than four faces enclose nothing.
+    doubtful = (open_side | (volume < 0)) & (np.bincount(building, minlength=count) > 3)
+    return doubtful[building], doubtful[building] & (height < 0)
 
 
 def turn_over(points, ring_start, polygon_start, chosen):

@@ -4,6 +4,8 @@ The area vector of a ring is half the sum of the cross products p_i x p_(i+1) al
 its own plane.
 """
 
+import itertools
+
 import mapbox_earcut
 import numpy as np
 import shapely
@@ -18,6 +20,7 @@ THIN = 1e-9  # relative to the longest edge squared: triangles of less area are 
 TIE = 1e-6  # areas that differ by less than this share count as equal, so that rounding does not choose the diagonal
 LOST_SHARE = 1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
 TOUCHING = 1e-4  # [m] vertices closer than this are the same
+MANY = 500  # corners, above which a polygon gets a Delaunay triangulation: ears of a circle are slivers
 MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
@@ -151,8 +154,11 @@ def triangulate(points, ring_start, polygon_start):
     for polygon in np.flatnonzero(rest):
         rings = ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1]
         corners = np.ascontiguousarray(plane[rings[0] : rings[-1]])
-        clipped = mapbox_earcut.triangulate_float64(corners, (rings[1:] - rings[0]).astype(np.uint32))
-        clipped = clipped.reshape(-1, 3).astype(np.int64) + rings[0]
+        if len(corners) > MANY:
+            clipped = _triangulate_delaunay(corners, rings - rings[0]) + rings[0]
+        else:
+            clipped = mapbox_earcut.triangulate_float64(corners, (rings[1:] - rings[0]).astype(np.uint32))
+            clipped = clipped.reshape(-1, 3).astype(np.int64) + rings[0]
         lost = abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon]) if len(rings) > 2 else 0.0
         if lost > LOST_SHARE * area[polygon]:
             clipped = clip_touching_holes(plane, rings, area[polygon], clipped)
@@ -164,6 +170,21 @@ def triangulate(points, ring_start, polygon_start):
     sound = np.flatnonzero(np.abs(signed) > THIN * _longest_square(plane, triangles))
     order = sound[np.argsort(owners[sound], kind="stable")]
     return triangles[order], owners[order]
+
+
+def _triangulate_delaunay(corners, rings):
+    """Constrained Delaunay triangles of one polygon, (t, 3) int64 into its corners (m, 2) [m].
+
+    Where the polygon is not valid, as where its outline crosses itself, by ear clipping.
+    """
+    pieces = [corners[first:last] for first, last in itertools.pairwise(rings)]
+    shape = shapely.Polygon(pieces[0], pieces[1:])
+    if not shape.is_valid:
+        clipped = mapbox_earcut.triangulate_float64(corners, rings[1:].astype(np.uint32))
+        return clipped.reshape(-1, 3).astype(np.int64)
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    places = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
+    return cKDTree(corners).query(places.reshape(-1, 2))[1].reshape(-1, 3)
 
 
 def edges_of(triangles):

@@ -203,8 +203,12 @@ def flip_edges(vertices, triangles, surface, wanted=True):
         The same number for each surface, in the same rows, oriented as before.
     """
     triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
+    near = active
+    moved = np.ones(len(vertices), bool)
     for _ in range(MOST_ROUNDS):
-        rows, corners = find_inner_edges(vertices, triangles[active], surface[active])
+        rows, corners = find_inner_edges(vertices, triangles[near], surface[near])
+        asked = moved[corners[:, 0]] & moved[corners[:, 1]]
+        rows, corners = near[rows[asked]], corners[asked]
         # Sum of the cotangents of the two angles opposite to each edge: negative if they sum to more than 180°.
         (a, b, *apexes), worth = (vertices[index] for index in corners.T), np.zeros(len(corners))
         for apex in apexes:
@@ -213,8 +217,14 @@ def flip_edges(vertices, triangles, surface, wanted=True):
         bad = worth < -TIE
         if not bad.any():
             break
-        rows, corners, worth = active[rows[bad]], corners[bad], worth[bad]
-        active = active[np.isin(surface[active], surface[rows[:, 0]])]  # surfaces without a flip stay unchanged
+        rows, corners, worth = rows[bad], corners[bad], worth[bad]
+        # Surfaces without a flip stay unchanged; in others, edges can change only between corners of those that flip.
+        flipping = np.zeros(surface.max() + 1, bool)
+        flipping[surface[rows[:, 0]]] = True
+        active = active[flipping[surface[active]]]
+        moved[:] = False
+        moved[corners] = True
+        near = active[moved[triangles[active]].sum(axis=1) > 1]
         # Each triangle takes part in one flip of a round, its worst edge first.
         rank = np.empty(len(worth), np.int64)
         rank[np.lexsort((rows[:, 0], worth))] = np.arange(len(worth))

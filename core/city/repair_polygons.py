@@ -8,6 +8,7 @@ import shapely
 
 from .city import number_names, starts_of, take_polygons
 from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds
+from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
@@ -31,9 +32,9 @@ def repair_polygons(city, sources, report):
     -------
     City
     """
-    city = _exchange_rings(_drop_holes(city, report), report)
+    city, rows = unite_holes(_exchange_rings(_drop_holes(city, report), report), report)
     usable = _find_usable(city, report)
-    city, sources = take_polygons(city, usable), np.array(sources)[usable]
+    city, sources = take_polygons(city, usable), np.array(sources)[rows[usable]]
     city = take_polygons(city, _find_first_geometry(city, sources, report))
     city = take_polygons(city, _find_singles(city, report))
     _note_bent(city, report)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..city.city import FileContent, Polygon
 from ..settings.errors import InputError
+from .lifetimes import GONE, is_terminated, note_demolitions, read_ends
 from .open_input import LARGEST_COORDINATE
 
 XLINK = "{http://www.w3.org/1999/xlink}href"
@@ -62,7 +63,7 @@ def collect_polygons(element, content):
     content : FileContent
         One building, its polygons and its references are appended.
     """
-    content.buildings.append(_identifier(element))
+    content.buildings.append(name_element(element))
     _note_srs_name(element, content)
     _walk(element, Place(building=len(content.buildings) - 1), content)
 
@@ -78,13 +79,13 @@ def _walk(element, place, content):
             first, inner = len(content.polygons), _step(child, kind, place, content)
             if inner is not None:
                 _walk(child, inner, content)
-                if inner.lod is not None and _identifier(child):
-                    content.groups[_identifier(child)] = (first, len(content.polygons))
+                if inner.lod is not None and name_element(child):
+                    content.groups[name_element(child)] = (first, len(content.polygons))
 
 
 def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates."""
-    name = _identifier(element) or f"line {element.sourceline}"
+    name = name_element(element) or f"line {element.sourceline}"
     point, matrix = next(element.iterfind("{*}referencePoint//{*}pos"), None), element.find("{*}transformationMatrix")
     point = None if point is None else read_numbers([point])
     matrix = np.eye(4) if matrix is None else read_numbers([matrix])
@@ -101,7 +102,7 @@ def _add_implicit(element, place, content):
     local = FileContent(content.path)
     _walk(shape, place, local)
     for drawn in shape.iterchildren("*"):
-        content.prototypes[_identifier(drawn)] = local.polygons
+        content.prototypes[name_element(drawn)] = local.polygons
     for reason, names in local.skipped.items():
         content.skipped.setdefault(reason, []).extend(names)
     content.polygons += place_prototype(local.polygons, matrix)
@@ -135,9 +136,13 @@ def _step(child, kind, place, content):
             place = place._replace(dimension=attributes["srsDimension"])
     if kind == "interior":  # cavities inside a solid receive no light
         return None
+    if kind == "BuildingPart" and is_terminated(read_ends(child)):
+        content.skip(GONE, name_element(child) or f"line {child.sourceline}")
+        return None
     if kind == "BuildingPart":
         content.part_count += 1
         place = place._replace(part=content.part_count)
+        note_demolitions({(place.building, place.part): read_ends(child)}, content)
     elif kind.startswith("lod"):
         place = place._replace(lod=kind[3:], source="surface" if place.thematic else "multisurface")
     elif kind in THEMATIC:
@@ -151,7 +156,8 @@ def _step(child, kind, place, content):
     return place
 
 
-def _identifier(element):
+def name_element(element):
+    """Identifier of an element, "" if it has none."""
     return next((element.attrib[name] for name in GML_IDS if name in element.attrib), "")
 
 
@@ -162,7 +168,7 @@ def _note_srs_name(element, content):
 
 
 def _add_polygon(element, place, content):
-    identifier = _identifier(element)
+    identifier = name_element(element)
     _note_srs_name(element, content)
     outlines, holes, problem = [], [], None
     for part in element.iterchildren(*RINGS):

@@ -6,13 +6,16 @@ import numpy as np
 
 from ..city.choose_levels import rank_lod
 from ..city.city import Tree
-from ..settings.errors import InputError
 from .collect_polygons import collect_polygons, read_numbers, resolve_references
 from .collect_shapes import INSTANCE, Owner, collect_shapes
 from .open_input import clean_name
 
 PLANTS = ("SolitaryVegetationObject", "PlantCover")
-METRES = ("", "m", "metre", "meter", "metres", "meters")
+METRES = dict.fromkeys(("", "m", "metre", "meter", "metres", "meters"), 1.0)  # unit -> [m]
+METRES |= {"cm": 0.01, "mm": 0.001, "dm": 0.1, "in": 0.0254, "[in_i]": 0.0254} | dict.fromkeys(
+    ("ft", "foot", "feet", "[ft_i]"), 0.3048
+)
+LARGEST = {"height": 130.0, "crown_diameter": 80.0, "trunk_diameter": 20.0}  # [m] above all known trees
 EVERGREEN = ("1060", "conifer", "evergreen")  # class: 1060 is coniferous trees in the standard's list
 DENSITY = "leafAreaDensity"
 FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
@@ -28,11 +31,6 @@ def collect_tree(element, content):
     element : lxml element
         A SolitaryVegetationObject or a PlantCover.
     content : FileContent
-
-    Raises
-    ------
-    InputError
-        A number of the tree cannot be used.
     """
     cover = element.tag.endswith(PLANTS[1])
     collect_polygons(element, content.plants)
@@ -52,7 +50,7 @@ def collect_tree(element, content):
 
 
 def set_attributes(tree, given):
-    """Set lengths, density and class of a tree.
+    """Set lengths, density and class of a tree; what is wrong with its size becomes its `fault`.
 
     Parameters
     ----------
@@ -60,33 +58,38 @@ def set_attributes(tree, given):
         Changed in place.
     given : dict of str to tuple
         Word of the file -> value, and its unit or None.
-
-    Raises
-    ------
-    InputError
-        A number is none, not above 0 (a density: below 0), or not in metres.
     """
     for word, field in FIELDS.items():
         text, unit = given.get(word, (None, None))
         if text is None or not str(text).strip() or (word == "averageHeight" and not tree.cover):
             continue
-        try:
-            value = np.nan if isinstance(text, bool) else float(text)
-        except (ValueError, TypeError):
-            value = np.nan
-        zero = word == DENSITY
-        if not (np.isfinite(value) and (value >= 0 if zero else value > 0)):
-            cure = f"give a number {'of at least' if zero else 'above'} 0, or leave it out"
-            raise InputError(tree.path, f"{tree.where}: {word} is {str(text).strip()[:20]!r}", cure)
-        if unit and not zero and unit.rpartition("#")[2].rpartition(":")[2].lower() not in METRES:
-            raise InputError(tree.path, f"{tree.where}: {word} is in {unit[:20]!r}", "give metres")
-        setattr(tree, field, value)
+        value, fault = _read_size(text, None if word == DENSITY else unit or "", LARGEST.get(field, np.inf))
+        if fault and field in ("height", "crown_diameter"):
+            tree.fault = tree.fault or f"{word} {fault}"
+        elif not fault or (word == DENSITY and value == 0):
+            setattr(tree, field, value)
     kind = str(given.get("class", ("",))[0] or "").lower()
     tree.evergreen = any(word in kind for word in EVERGREEN)
 
 
+def _read_size(text, unit, largest):
+    """A size of a tree in metres, and why it cannot be used, or "". A unit of None is that of a density."""
+    try:
+        value = np.nan if isinstance(text, bool) else float(text)
+    except (ValueError, TypeError):
+        value = np.nan
+    if unit is not None:
+        scale = METRES.get(unit.rpartition("#")[2].rpartition(":")[2].lower())
+        if scale is None:
+            return value, "in a unit that is not known: give metres"
+        value *= scale
+    if not np.isfinite(value) or value <= 0:
+        return value, "is no number above 0"
+    return value, f"of more than {largest:g} m is not believed: check its unit" if value > largest else ""
+
+
 def finish_trees(content):
-    """Give each tree the polygons of its best level of detail.
+    """Give each tree the polygons of its best level of detail; leave out those without shape and without usable size.
 
     Parameters
     ----------
@@ -102,6 +105,9 @@ def finish_trees(content):
         own = [polygon for polygon in drawn.get(number, []) if polygon.lods != ("0",) or tree.cover]
         best = max((lod for polygon in own for lod in polygon.lods), key=rank_lod, default=None)
         tree.polygons = [polygon for polygon in own if best in polygon.lods]
+        if tree.fault:
+            content.skip(f"size of a tree that has a shape: {tree.fault}" if own else f"tree: {tree.fault}", tree.name)
+    content.trees = [tree for tree in content.trees if tree.polygons or not tree.fault]
     for reason, names in plants.skipped.items():
         content.skipped.setdefault(f"of vegetation: {reason}", []).extend(names)
     plants.polygons, plants.prototypes = [], {}
@@ -118,11 +124,6 @@ def collect_json_tree(one, name, shapes, line):
     shapes : Shapes
         Of the file.
     line : int
-
-    Raises
-    ------
-    InputError
-        A number of the tree cannot be used.
     """
     content, cover = shapes.content, one["type"] == "PlantCover"
     tree = Tree(clean_name(name), content.path, line, cover)

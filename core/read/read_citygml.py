@@ -8,8 +8,9 @@ import numpy as np
 from ..city.city import Extent, FileContent
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .collect_polygons import collect_polygons, read_numbers, resolve_references
+from .collect_polygons import collect_polygons, name_element, read_numbers, resolve_references
 from .collect_trees import PLANTS, collect_tree, finish_trees
+from .lifetimes import GONE, is_terminated, leave_out_demolished, note_demolitions, read_ends
 from .open_input import open_input
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
 from .read_relief import BAD_TRIANGLE, GmlRelief
@@ -58,11 +59,13 @@ def _read_declared(path, declared, report_share):
     for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
-            collect_polygons(element, content)
+            _collect_building(element, content)
         elif name == "Triangle":
             problem = relief.add(element)
             if problem:
                 content.skip(f"{BAD_TRIANGLE} ({problem})", f"line {element.sourceline}")
+        elif name in PLANTS and is_terminated(read_ends(element)):
+            content.skip(GONE, name_element(element) or f"line {element.sourceline}")
         elif name in PLANTS:
             collect_tree(element, content)
         elif name == "Envelope":
@@ -81,8 +84,19 @@ def _read_declared(path, declared, report_share):
         raise InputError(path, "contains no buildings", cure)
     content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
+    leave_out_demolished(content)
     finish_trees(content)
     return content
+
+
+def _collect_building(element, content):
+    """Read a building, unless its record has ended."""
+    ends = read_ends(element)
+    if is_terminated(ends):
+        content.skip(GONE, name_element(element) or f"line {element.sourceline}")
+        return
+    collect_polygons(element, content)
+    note_demolitions({(len(content.buildings) - 1, 0): ends}, content)
 
 
 def _read_member(element, content, known, counts):
@@ -91,7 +105,7 @@ def _read_member(element, content, known, counts):
     for child in element.iterchildren("*"):
         name = child.tag.rpartition("}")[2]
         if _is_own_building(child):
-            collect_polygons(child, content)
+            _collect_building(child, content)
             extended[name] += 1
         else:
             others[name] += name not in known

@@ -16,6 +16,7 @@ from .collect_polygons import INSTALLATIONS
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
 from .formats import NOT_READ
+from .lifetimes import GONE, is_terminated, leave_out_demolished, note_demolitions
 from .open_input import clean_name
 from .parse_json import READ, iterate_json
 from .read_relief import collect_json_relief
@@ -69,6 +70,7 @@ def read_cityjson(path, report_share=silent):
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
     reading.finish()
+    leave_out_demolished(content)
     finish_trees(content)
     return content
 
@@ -124,6 +126,9 @@ class _Reading:
 
     def _add_objects(self, objects, shapes, line, report_share):
         (kinds, families), content = find_families(objects), self.content
+        families, gone = _part_from_gone(objects, kinds, families)
+        for name in gone:
+            content.skip(GONE, clean_name(name))
         buildings = [name for name, (top, _) in families.items() if top == name]
         parts = [name for name in families if objects[name]["type"] == "BuildingPart"]
         for name, kind in kinds.items():
@@ -139,6 +144,10 @@ class _Reading:
         part = {name: content.part_count + k + 1 for k, name in enumerate(parts)} | {None: 0}
         content.buildings += [clean_name(name) for name in buildings]
         content.part_count += len(parts)
+        own = {
+            name: (building[families[name][0]], 0 if name in building else part[name]) for name in (*buildings, *parts)
+        }
+        note_demolitions({place: _attributes(objects[name]) for name, place in own.items()}, content)
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 report_share(READ + (DRAWN - READ) * number / len(objects))
@@ -147,7 +156,7 @@ class _Reading:
                 kind = one["type"] if one["type"] in INSTALLATIONS else ""
                 place = building[top], part[own]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line, bool(kind)), shapes)
-            elif kinds[name] == "plant":
+            elif kinds[name] == "plant" and name not in gone:
                 collect_json_tree(one, name, shapes, line)
             elif kinds[name] == "relief":
                 collect_json_relief(one, name, shapes.vertices, content)
@@ -253,6 +262,20 @@ def classify_object(one):
     if kind in KINDS or not EXTENSION.fullmatch(kind) or INSIDE.search(kind):
         return KINDS.get(kind, "other")
     return "extension"
+
+
+def _attributes(one):
+    attributes = one.get("attributes") if isinstance(one, dict) else None
+    return attributes if isinstance(attributes, dict) else {}
+
+
+def _part_from_gone(objects, kinds, families):
+    """Families without what no longer stands, and the names of buildings, parts and plants that do not: dict, list."""
+    relevant = (name for name, kind in kinds.items() if name in families or kind == "plant")
+    gone = [name for name in relevant if is_terminated(_attributes(objects[name]))]
+    # What belongs to a building or part that is gone is gone with it.
+    ended = set(gone)
+    return {name: both for name, both in families.items() if ended.isdisjoint((name, *both))}, gone
 
 
 def _names(one, key):

@@ -7,7 +7,7 @@ import shapely
 
 from ..city.city import FileContent, Polygon, number_names
 from ..city.judge_sizes import judge_up
-from ..city.polygons import number_connected
+from ..city.polygons import measure_rings, number_connected
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
 from .parse_obj import parse_obj, read_libraries, turn_up
@@ -26,9 +26,9 @@ ABOVE = 0.5  # share of a piece's polygons that must lie above or below another 
 def read_obj(path, up="z", report_share=silent):
     """Read all polygons (`f` statements) of an OBJ file.
 
-    Each ``o`` is a building. Without any, each name of ``g`` is one; without either, polygons that share vertices form
-    one, together with what stands on them. ``usemtl`` names the material of the polygons that follow; colours come from
-    the material library in the same folder.
+    Each ``o`` is a building. Without any, each name of ``g`` is one; without either, or where one name holds all,
+    polygons that share vertices form one, together with what stands on them, unless that is ground. ``usemtl`` names
+    the material of the polygons that follow; colours come from the material library in the same folder.
 
     Parameters
     ----------
@@ -79,16 +79,21 @@ def read_obj(path, up="z", report_share=silent):
 
 def _buildings(parts, content):
     """Building of each polygon, (f,); names are stored in the content."""
-    if len(parts.object_names) > 1:
-        used, building = np.unique(parts.objects, return_inverse=True)
+    used, building = np.unique(parts.objects, return_inverse=True)
+    groups = list(dict.fromkeys(parts.groups))
+    if len(used) > 1:
         content.buildings = [parts.object_names[k] for k in used]
-    elif any(parts.groups):
-        building, content.buildings = number_names(parts.groups), list(dict.fromkeys(parts.groups))
+    elif len(parts.object_names) == 1 and len(groups) > 1:
+        building, content.buildings = number_names(parts.groups), groups
     else:
+        # One name for all, or none, tells nothing of a city: what hangs together is a building.
+        name = parts.object_names[used[0]] or groups[0]
         building = _pieces(parts.faces, parts.vertices)
-        content.buildings = [f"part_{k + 1}" for k in range(building.max() + 1)]
-        words = f"{len(content.buildings)} connected parts read as buildings."
-        content.notes.append(f"{content.path} has no objects or groups: {words}")
+        count = building.max() + 1
+        content.buildings = [f"{name or 'part'}_{k + 1}" for k in range(count)] if count > 1 or not name else [name]
+        if count > 1 or not name:
+            why = f"one name, {name!r}, for all" if name else "no objects or groups"
+            content.notes.append(f"{content.path} has {why}: {count} connected parts read as buildings.")
     return building.reshape(-1)
 
 
@@ -102,7 +107,9 @@ def _pieces(faces, vertices):
     full = count > 2
     if piece.max() == 0 or not full.any():
         return np.unique(piece, return_inverse=True)[1]
-    below, above = _stacked([faces[k] for k in np.flatnonzero(full)], vertices, piece[full])
+    drawn = [faces[k] for k in np.flatnonzero(full)]
+    below, above = _stacked(drawn, vertices, piece[full])
+    below, above = _without_ground((below, above), drawn, vertices, piece[full])
     joined = number_connected(below, above, piece.max() + 1)[piece]
     # Pieces are numbered in the order of the file.
     _, first, number = np.unique(joined, return_index=True, return_inverse=True)
@@ -120,6 +127,29 @@ def _stacked(faces, vertices, piece):
     pairs, faces_on = np.unique(np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True)
     mostly = faces_on >= ABOVE * np.bincount(piece)[pairs[:, 0]]
     return pairs[mostly].T
+
+
+def _without_ground(pairs, faces, vertices, piece):
+    """Of pairs of pieces, (2, k), those of which neither is the ground of the other.
+
+    A piece is ground for another if all of it faces up, nothing of the other lies below it, and it extends beyond.
+    """
+    points = np.concatenate(faces)
+    start = np.cumsum([0, *map(len, faces)])
+    normal = measure_rings(vertices[points], start)
+    count = piece.max() + 1
+    up = np.bincount(piece, normal[:, 2] <= 0, count) == 0
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    of_point = np.repeat(piece, np.diff(start))
+    np.minimum.at(low, of_point, vertices[points])
+    np.maximum.at(high, of_point, vertices[points])
+    plan = (high - low)[:, :2].prod(axis=1)
+    kept = np.ones(len(pairs[0]), bool)
+    for ground, other in (pairs, pairs[::-1]):
+        kept &= ~(
+            up[ground] & ~up[other] & (low[other, 2] >= low[ground, 2] - TOUCH) & (plan[ground] > 2 * plan[other])
+        )
+    return pairs[0][kept], pairs[1][kept]
 
 
 def _note_others(parts, building, content):

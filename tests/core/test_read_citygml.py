@@ -36,8 +36,8 @@ def find(name):
 
 
 @cache
-def read_lod(name, lod):
-    return read_city(find(name), lod=lod)
+def read_lod(name, lod, orient="auto"):
+    return read_city(find(name), lod=lod, orient=orient)
 
 
 def read_lods(name):
@@ -84,7 +84,7 @@ def test_every_polygon_is_met_and_counted_once(name):
 
 @pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if e["lod2_area_by_tilt"]])
 def test_area_by_tilt(name):
-    area, normal = measure(read_lod(name, "2"))
+    area, normal = measure(read_lod(name, "2", orient="as-drawn"))
     tilt, _ = measure_tilt(normal)
     bounds = {"up": (0, 1), "roof<15": (1, 15), "roof15-60": (15, 60), "60-89": (60, 89), "wall": (89, 91)}
     for word, (low, high) in {**bounds, "down": (91, 180.1)}.items():

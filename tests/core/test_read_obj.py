@@ -220,3 +220,53 @@ def test_encodings_and_gzip(tmp_path, encoding):
     city = read_city(tmp_path / "city.obj.gz")
     assert len(city) == 6
     assert city.building_id[0].startswith("Stra")
+
+
+def house_statements(west, first, base=0.0):
+    """A box of 10 m x 8 m x 6 m with corners of its own, as `v` and `f` lines; `first` corners stand before it."""
+    corners = [(west + x, y, base + z) for z in (0, 6) for x, y in ((0, 0), (10, 0), (10, 8), (0, 8))]
+    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    lines = ["v {} {} {}".format(*corner) for corner in corners]
+    return lines + ["f " + " ".join(str(first + k + 1) for k in face) for face in faces]
+
+
+def sheet_statements(first, *corners):
+    return ["v {} {} {}".format(*corner) for corner in corners] + [f"f {first + 1} {first + 2} {first + 3} {first + 4}"]
+
+
+SLOPE = [(-50, -50, -2), (100, -50, -2), (100, 60, 0), (-50, 60, 0)]
+LEVEL = [(-50, -50, 0), (100, -50, 0), (100, 60, 0), (-50, 60, 0)]
+HALVES = [
+    [(-50, -50, 0), (25, -50, 0), (25, 60, 0), (-50, 60, 0)],
+    [(25, -50, 0), (100, -50, 0), (100, 60, 0), (25, 60, 0)],
+]
+UNDER_ONE_NAME = {  # what an object holds beside three houses -> sheets of ground
+    "nothing": [],
+    "ground": [LEVEL],
+    "ground on a slope": [SLOPE],
+    "ground in two": HALVES,
+}
+
+
+@pytest.mark.parametrize("statement", ["o City", "g City"])
+@pytest.mark.parametrize("name", UNDER_ONE_NAME)
+def test_houses_under_one_name_are_buildings_and_their_ground_is_none(tmp_path, name, statement):
+    lines, sheets = [statement], UNDER_ONE_NAME[name]
+    for k in range(3):
+        lines += house_statements(20 * k, 8 * k, base=5.0 * (k == 1 and not sheets))
+    for k, sheet in enumerate(sheets):
+        lines += sheet_statements(24 + 4 * k, *sheet)
+    (tmp_path / "city.obj").write_text("\n".join(lines))
+    scene = build_scene(read_city(tmp_path / "city.obj"), latitude=50, longitude=8, patch_size=None)
+    surfaces, ground = scene.surfaces, scene.surfaces.kind == "ground"
+    assert scene.report.building_count == 3
+    assert len(set(np.array(surfaces.building_id)[~ground])) == 3
+    assert surfaces.area[~ground].sum() == pytest.approx(3 * (160 + 216))
+    assert ground.sum() == len(sheets) and not surfaces.eligible[ground].any()
+    assert surfaces.area[surfaces.eligible].sum() == pytest.approx(3 * (80 + 216))
+
+
+def test_one_house_under_one_name_keeps_it(tmp_path):
+    (tmp_path / "city.obj").write_text("\n".join(["o Lone", *house_statements(0, 0)]))
+    city = read_city(tmp_path / "city.obj")
+    assert set(city.building_id) == {"Lone"} and not city.report.notes

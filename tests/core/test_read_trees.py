@@ -136,24 +136,46 @@ def test_plants_with_walls_around_them_are_a_body(tmp_path):
     assert volume_of_crowns(read_gml(tmp_path, plants)) == pytest.approx(800, rel=1e-4)
 
 
+SIZE = "<veg:height uom='{}'>{}</veg:height>"
+CROWN = "<veg:crownDiameter>{}</veg:crownDiameter>"
+FEET = "urn:ogc:def:uom:UCUM::[ft_i]"
+
+
 @pytest.mark.parametrize(
-    ("inside", "message"),
+    ("inside", "reason"),
     [
-        ("", "PlantCover 'oak' has no shape with a volume and no height"),
-        (POINT, "tree 'oak' has no shape with a volume and no height; give it a height"),
-        ("<veg:height>12</veg:height>", "tree 'oak' has no shape with a volume and no place"),
-        (f"<veg:height>-2</veg:height>{POINT}", "tree 'oak': height is '-2'; give a number above 0"),
-        (f"<veg:height>high</veg:height>{POINT}", "tree 'oak': height is 'high'"),
-        (f"<veg:height uom='ft'>9</veg:height>{POINT}", "tree 'oak': height is in 'ft'; give metres"),
-        (f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}", "leafAreaDensity is '-0.1'; give a number of at"),
+        ("", "vegetation without a shape that has a volume, and without a height"),
+        (POINT, "vegetation without a shape that has a volume, and without a height"),
+        ("<veg:height>12</veg:height>", "vegetation without a shape that has a volume, and without a place"),
+        (f"{SIZE.format('m', -2)}{POINT}", "tree: height is no number above 0"),
+        (f"{SIZE.format('m', 0)}{POINT}", "tree: height is no number above 0"),
+        (f"{SIZE.format('m', 'high')}{POINT}", "tree: height is no number above 0"),
+        (SIZE.format("m", 9) + CROWN.format(0) + POINT, "tree: crownDiameter is no number above 0"),
+        (f"{SIZE.format('yard', 9)}{POINT}", "tree: height in a unit that is not known: give metres"),
+        (f"{SIZE.format('m', 1200)}{POINT}", "tree: height of more than 130 m is not believed: check its unit"),
     ],
-)
-def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
-    with pytest.raises(InputError, match=r"trees\.gml.*line 1: ") as caught:
-        read_gml(tmp_path, tree(inside, "SolitaryVegetationObject" if inside else "PlantCover"))
-    assert message in str(caught.value) and "\n" not in str(caught.value)
-    assert main(["inspect", str(tmp_path / "trees.gml")]) == 2
-    assert message in capsys.readouterr().err
+)  # fmt: skip
+def test_a_tree_that_cannot_be_used_is_left_out_and_listed(tmp_path, capsys, inside, reason):
+    """The house and the good tree beside it stay."""
+    bad = tree(inside, "SolitaryVegetationObject" if inside else "PlantCover")
+    good = tree(f"{SIZE.format('m', 9)}{POINT}").replace("oak", "elm")
+    crowns = read_gml(tmp_path, bad, good)
+    assert crowns.names == ["elm"]
+    assert build_scene(read_city(tmp_path / "trees.gml")).report.skipped == {reason: ["oak"]}
+    assert main(["inspect", str(tmp_path / "trees.gml")]) == 0
+    assert f"skipped 1: {reason} (oak)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("unit", "height"), [("cm", 914.4), ("ft", 30), (FEET, 30), ("m", 9.144)])
+def test_sizes_of_trees_in_other_units(tmp_path, unit, height):
+    crowns = read_gml(tmp_path, tree(f"{SIZE.format(unit, height)}{POINT}"))
+    assert crowns.height == pytest.approx(9.144)
+
+
+@pytest.mark.parametrize("given", ["<veg:trunkDiameter>0</veg:trunkDiameter>", DENSITY.format(-0.1)])
+def test_a_trunk_or_density_that_is_none_is_taken_as_not_given(tmp_path, given):
+    crowns = read_gml(tmp_path, tree(f"{given}{SIZE.format('m', 9)}{POINT}"))
+    assert not crowns.trunk.any() and np.isnan(crowns.area_density).all()
 
 
 def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
@@ -178,8 +200,9 @@ def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
 def test_a_height_of_cityjson_that_is_no_number(tmp_path, height):
     yew = {"type": "SolitaryVegetationObject", "geometry": [solid()], "attributes": {"height": height}}
     objects = {"house": house(solid()), "yew": yew}
-    with pytest.raises(InputError, match=r"tree 'yew': height is .*; give a number above 0, or leave it out"):
-        read(tmp_path, model(objects))
+    city = read(tmp_path, model(objects))
+    assert city.report.skipped == {"size of a tree that has a shape: height is no number above 0": ["yew"]}
+    assert len(city.trees) == 1
 
 
 def test_trees_stay_where_large_polygons_are_cut_and_alone_are_refused(tmp_path):

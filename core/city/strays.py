@@ -1,0 +1,58 @@
+"""Buildings whose heights are far from those of all around them: −9999 where a survey had none, 0 in the mountains."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .city import number_names
+from .polygons import measure_polygons, polygon_bounds
+
+EARTH = (-600.0, 9500.0)  # [m] nothing is built lower or higher: the Dead Sea's shore is at −430 m
+STRAY = "heights that no building around it has: not believed, left out"
+STRAY_TREE = "tree at a height that the Earth does not have: left out"
+
+
+def find_strays(city, report):
+    """Polygons of buildings to keep: all but those that stand far above or below what is around them.
+
+    Bases of neighbours differ by no more than their distance and 200 m. A base is a stray if it is not so for most of
+    the nearest 16, or if the building lies outside all heights of the Earth, or is over 1,500 m high. Where most
+    buildings are such, as in a city in millimetres, none is.
+
+    Parameters
+    ----------
+    city : City
+    report : ImportReport
+        Buildings that are left out are added, and are not counted any more.
+
+    Returns
+    -------
+    array, (n,) bool
+    """
+    building = number_names(city.building_id)
+    low, high = polygon_bounds(city.points, city.ring_start, city.polygon_start)
+    count = building.max(initial=-1) + 1
+    lowest, highest = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lowest, building, low)
+    np.maximum.at(highest, building, high)
+    base, top = lowest[:, 2], highest[:, 2]
+    stray = (base < EARTH[0]) | (top > EARTH[1]) | (top - base > 1500.0)
+    if 2 * stray.sum() >= count:
+        stray[:] = False
+    nearest = min(16, count - 1)
+    if nearest > 1 and np.ptp(base[~stray]) > 200.0:
+        distance, neighbour = cKDTree(0.5 * (lowest + highest)[:, :2]).query(
+            0.5 * (lowest + highest)[:, :2], nearest + 1
+        )
+        far = np.abs(base[neighbour[:, 1:]] - base[:, None]) > 200.0 + distance[:, 1:]
+        stray |= 2 * far.sum(axis=1) > nearest
+    gone = stray[building]
+    if gone.any():
+        names = list(dict.fromkeys(name for name, out in zip(city.building_id, gone, strict=True) if out))
+        report.skip(STRAY, names, measure_polygons(*city.shape)[0][gone].sum())
+        report.building_count -= len(names)
+    return ~gone
+
+
+def is_on_earth(points):
+    """Whether all heights of points, (m, 3) float64 [m], are such as the Earth has."""
+    return bool((points[:, 2] > EARTH[0]).all() and (points[:, 2] < EARTH[1]).all())
