@@ -138,6 +138,12 @@ class Transfer:
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 
+    @property
+    def edge_distance(self):
+        """Of the surfaces, (n,) [m]: see `measure_edge_distance`; NaN where it is unknown, too."""
+        known = self.surfaces.edge_distance
+        return np.full(len(self.surfaces), np.nan) if known is None else known
+
 
 def no_parts(count):
     """Error parts of n surfaces whose standard errors are own noise only."""

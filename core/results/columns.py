@@ -64,7 +64,7 @@ COLUMNS = (
            "standard error of full_load_hours: rays, size of patches where it matters, choice of suns", "h",
            title="Standard error of the full load hours", legend_unit="h per year"),
     Column("full_load_hours_dc", "energy", "full load hours per year, DC without losses", "h"),
-    Column("edge_distance", "surfaces",
+    Column("edge_distance", "transfer",
            "from its middle along its normal in plan to the outline of the built area; none beyond 100 m", "m",
            title="Distance to the edge of the city", legend_unit="m"),
 )  # fmt: skip
@@ -77,8 +77,6 @@ def column_values(column, transfer, energy):
     """Values of a column, (n,): a list of str, or an array of bool or float."""
     carriers = {"surfaces": transfer.surfaces, "transfer": transfer, "energy": energy}
     values = getattr(carriers[column.owner], column.name)
-    if values is None:  # a file of an earlier version does not have it
-        values = np.full(len(transfer.surfaces), np.nan)
     return np.asarray(values, float) if column.kind == "number" else values
 
 

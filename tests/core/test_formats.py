@@ -63,7 +63,11 @@ def test_sizes_in_doubt_are_only_said(tmp_path, name, turn, words):
     ("name", "head", "words"),
     [
         ("map.geojson", b'{"type": "FeatureCollection"}', "is GeoJSON, a flat map; give a 3D model"),
-        ("map.json", b'{"type": "FeatureCollection", "features": []}', "is GeoJSON, a flat map, not CityJSON; give a 3D model"),
+        (
+            "map.json",
+            b'{"type": "FeatureCollection", "features": []}',
+            "is GeoJSON, a flat map, not CityJSON; give a 3D model",
+        ),
         ("map.gpkg", b"SQLite format 3\0", "is a GeoPackage, a flat map"),
         ("map.data", b"SQLite format 3\0", "is a GeoPackage, a flat map"),
         ("map.shp", b"\0\0\x27\x0a", "is part of a shapefile"),
