@@ -25,6 +25,7 @@ from .city.transform_crs import grid_of
 from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
+from .energy.time_axis import read_zone
 from .light.edit_light import trace_editable
 from .light.prepare_scene import prepare_scene
 from .patches.read_albedo import check_materials
@@ -185,6 +186,7 @@ def read_year(site, request, suns=None, keep=()):
     InputError
         The weather cannot be used, or comes from too far away.
     """
+    zone = read_zone(request.time_axis)  # refuses what is none before anything takes long
     weather = read_weather(
         request.weather,
         site.latitude,
@@ -200,7 +202,7 @@ def read_year(site, request, suns=None, keep=()):
         keep=tuple(keep),
     )
     check_distance(weather, site, request.allow_distance, suns)
-    return weather
+    return replace(weather, zone=zone)
 
 
 def prepare_study(scene, weather, request, *, materials=None, progress=silent):

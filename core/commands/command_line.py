@@ -64,7 +64,7 @@ def main(arguments=None, draw=None):
             stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
     parser = build_parser()
     try:
-        options = parser.parse_args(arguments)
+        options = parser.parse_args(_join_offset(sys.argv[1:] if arguments is None else arguments))
     except SystemExit as stop:
         return stop.code or 0
     # SIGTERM is treated like Ctrl-C, so that no partial output remains. Only the main thread can.
@@ -304,3 +304,11 @@ def compile_beside(request):
     from ..rays.compile_ahead import compile_ahead
 
     return compile_ahead(request.threads, wanted=request.estimator == "gather")
+
+
+def _join_offset(arguments):
+    """The arguments, with an offset such as -05:00 joined to its option, which it would seem to follow as another."""
+    joined = list(arguments)
+    for place in [row for row, text in enumerate(joined[:-1]) if text == "--time-axis"][::-1]:
+        joined[place : place + 2] = [f"--time-axis={joined[place + 1]}"]
+    return joined

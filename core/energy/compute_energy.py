@@ -1,6 +1,6 @@
 """Transfer × Weather × PV system: irradiance and full load hours of every surface."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,7 @@ from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors
 from .pv_system import dc_system
 from .standard_errors import errors_of_energy, state_errors
 from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
+from .time_axis import lay_on_axis
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
@@ -105,7 +106,18 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
         sky=sky,
         series=found if len(rows) else None,
     )
-    return state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
+    energy = state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
+    return energy if weather.zone is None else lay_series(energy, weather.zone)
+
+
+def lay_series(energy, zone):
+    """The same with its series on whole intervals of calendar years of a zone."""
+    axis, share = lay_on_axis(energy.times, energy.interval, zone)
+    series = energy.series
+    if series is not None:
+        laid = {name: share @ getattr(series, name) for name in ("poa_direct", "poa_diffuse", "capacity_factor")}
+        series = replace(series, **laid)
+    return replace(energy, times=axis, capacity_factor=share @ energy.capacity_factor, series=series)
 
 
 @dataclass
@@ -246,4 +258,6 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
         task = prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
         for block, sums in sum_blocks(task, blocks, share_out, threads):
             power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor
+    if weather.zone is not None:
+        power = (lay_on_axis(weather.data.index, weather.interval, weather.zone)[1] @ power).astype(np.float32)
     return names, power

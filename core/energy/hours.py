@@ -20,7 +20,7 @@ class Hours:
     """The h intervals with any light, ordered by month; one row each."""
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
-    month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
+    month: np.ndarray  # (h,) int, 0 to 11, of mid-interval, in UTC or the calendar of `weather.zone`
     year: np.ndarray  # (h,) int, among the whole years if the weather has several; -1 outside of them
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
@@ -79,7 +79,8 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
     used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
-    month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
+    middle = data.index + weather.interval / 2
+    month = (middle if weather.zone is None else middle.tz_convert(weather.zone)).month.to_numpy()[used] - 1
     used = used[np.argsort(month, kind="stable")]
     year, years = np.full(len(data), -1), split_years(data.index, weather.interval)
     for number, (_, inside) in enumerate(years if len(years) > 1 else []):

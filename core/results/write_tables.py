@@ -86,7 +86,7 @@ def sum_periods(energy):
 def share_periods(times, interval, longitude):
     """Share of intervals in the whole, its months, hours of the day and hours of local mean solar time.
 
-    An interval belongs to the month and hour (UTC) of its middle. It is split between hours of local mean solar time,
+    An interval belongs to the month and hour of its middle, in the zone of the times. It is split between hours of local mean solar time,
     which start at any time within those of UTC.
 
     Parameters
@@ -101,7 +101,7 @@ def share_periods(times, interval, longitude):
     numpy.ndarray, (61, T) float64
         The whole, 12 months, 24 hours, 24 hours of solar time.
     """
-    middle, length = times.tz_convert("UTC") + interval / 2, interval / HOUR
+    middle, length = times + interval / 2, interval / HOUR
     start = local_middle(times, interval, longitude) - interval / 2
     begin = ((start - start.floor("D")) / HOUR).to_numpy()
     share, every = np.zeros((61, len(times))), np.arange(len(times))
@@ -128,7 +128,7 @@ def write_series(path, transfer, energy):
     series = energy.series
     count = len(series.rows)
     names = np.array(transfer.surfaces.surface_id, dtype=object)[series.rows]
-    times = energy.times.tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%SZ")
+    times = [str(time.isoformat()).replace("+00:00", "Z") for time in energy.times.floor("s")]
     columns = {"surface_id": np.repeat(names, len(times)), "time": np.tile(times, count)}
     for name in ("poa_direct", "poa_diffuse", "capacity_factor"):
         columns[name] = getattr(series, name).T.ravel()

@@ -120,6 +120,12 @@ class Request(SystemSettings):
         "measured", "irradiance with the sun below 2°: kept as measured, or left out", choices=("measured", "neglect")
     )
     year: int = of_weather(2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
+    time_axis: str = of_weather(
+        "file",
+        "whole hours of a calendar year for sums and series, in a fixed offset from UTC without summer time: utc or "
+        "±HH:MM; file: the weather's own times",
+        metavar="ZONE",
+    )
     weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", least=0)
     # the light
     preset: str = of_light(

@@ -60,7 +60,13 @@ def check_faults(year, days, source):
     mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
     if mean > most and temp_air.std() > LEAST_SPREAD:
         problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {year.latitude:.0f}°"
-        raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {(mean - 32) / 1.8:.0f} °C")
+        fahrenheit, kelvin = (mean - 32) / 1.8, mean - 273.15
+        # Of the two units the one that a place of this latitude can have.
+        if fahrenheit <= most:
+            raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {fahrenheit:.0f} °C")
+        if -60 < kelvin <= most:
+            raise InputError(source, problem, f"give °C: {mean:.0f} K would be {kelvin:.0f} °C")
+        raise InputError(source, problem, "give °C")
     notes = []
     # Days without light under a sun that rises.
     dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
@@ -70,7 +76,6 @@ def check_faults(year, days, source):
         raise InputError(source, notes[0], "fill the gap with measured values, or give another year")
     check_nights(year, source)
     check_flat(year, source)
-    check_direct(year, source)
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
     found = float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST)) if bright.sum() >= FEWEST else 0.0
@@ -103,6 +108,17 @@ def cut_days(year):
     return days.assign(middle=days["moment"] / np.maximum(days["ghi"], 1e-9))
 
 
+def middle_of_clear_days(days):
+    """From the middle of the light to solar noon [min], median of the clearest 5 % of days; None for fewer than ten.
+
+    `days` are those of `cut_days`. Neither fog of mornings nor clouds of afternoons move it.
+    """
+    bright = days[days["clean"] > CLEAR_DAY]
+    clearness = bright["ghi"] / bright["clean"]
+    clear = bright["middle"][clearness >= clearness.quantile(0.95)]
+    return -float(clear.median()) if len(clear) >= 10 else None
+
+
 def clear_sky_of(year, turbidity):
     """Irradiance under a clear sky in each interval, as of `clear_irradiance`."""
     data, middle = year.data, year.data.index + year.interval / 2
@@ -132,6 +148,20 @@ def check_flat(year, source):
         hours = (ends[flat[0]] - first) * (year.interval / HOUR)
         problem = f"{year.columns['ghi']} is {ghi[first]:.0f} Wm⁻² for {hours:.0f} h on end"
         raise InputError(source, f"{problem}, from {year.data.index[first]}", "fill the gap with measured values")
+
+
+def check_sums(year, source):
+    """Refuse irradiance that is a sum since a time of day, as reanalyses deliver it: it falls but once a day."""
+    ghi = year.data["ghi"].to_numpy()
+    rises, falls = np.diff(ghi) > 0, np.diff(ghi) < 0
+    changes = rises.sum() + falls.sum()
+    # Real light falls in nearly half of all steps; sums do so in one of some seven to fourteen.
+    if changes and falls.sum() < 0.2 * changes:
+        begins = year.data.index[1:][falls]
+        usual = (begins.hour * 60 + begins.minute).to_series().mode().iloc[0]
+        problem = f"{year.columns['ghi']} rises all day and falls at {usual // 60}:{usual % 60:02d} UTC"
+        cure = f"these are sums since {usual // 60}:{usual % 60:02d} UTC: give the differences from hour to hour"
+        raise InputError(source, problem, cure)
 
 
 def check_summer_time(days, source):
@@ -279,6 +309,11 @@ def cure_of_factor(ghi, cos_zenith, interval):
     wanted = float(np.quantile(haurwitz(cos_zenith[day]), BRIGHT)) / bright
     if NO_FACTOR[0] < wanted < NO_FACTOR[1]:
         return "check the place and the times of the weather"
+    return name_factor(wanted, interval)
+
+
+def name_factor(wanted, interval):
+    """Cure for values that a factor would mend: the wrong unit that it results from, where one is near."""
     seconds = interval.total_seconds()
     factors = {
         1000.0: "they look like kWm⁻²",
@@ -287,6 +322,8 @@ def cure_of_factor(ghi, cos_zenith, interval):
         1 / seconds: "they look like Jm⁻² per interval",
         1e3 / seconds: "they look like kJm⁻² per interval",
         1e6 / seconds: "they look like MJm⁻² per interval",
+        1e4 / seconds: "they look like J/cm² per interval",
+        11356.5 / seconds: "they look like BTU/ft² per interval",
         41868.0 / seconds: "they look like cal/cm² per interval",
     }
     if interval < HOUR:

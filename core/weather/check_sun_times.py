@@ -27,7 +27,30 @@ WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
 # [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI closes.
 NIGHT_SHIFT = 360
+CURE_OF_TIMES = "check its time zone and stamps"
+CURE_OF_PLACE = "check the place (--weather-place) and the time zone of the weather"
 GAIN = 0.8  # a shift must reduce the residual to less than this share
+
+
+class TimesError(InputError):
+    """Irradiance that fits the sun with other settings.
+
+    Parameters
+    ----------
+    source, problem, cure
+        As of InputError; the cure without these settings.
+    time_shift : float
+        [min] to be added to the times.
+    without : str
+        Column of irradiance that is not to be used, or "none".
+    """
+
+    def __init__(self, source, problem, cure, time_shift=0.0, without="none"):
+        super().__init__(source, problem, cure)
+        self.time_shift, self.without = time_shift, without
+
+    def __reduce__(self):
+        return type(self), (self.source, self.problem, self.cure, self.time_shift, self.without)
 
 
 @dataclass
@@ -40,6 +63,8 @@ class SunTimes:
     daylight_residual: float | None  # between clear days and the model of a clear sky; None where there is no light
     daylight_residual_shifted: float | None
     daylight_shift: int | None
+    clear_shift: float | None = None  # of the clearest days: from the middle of the light to solar noon
+    share_of_climate: object = None  # ClimateShare; None where there is no climate to hold the year against
     unlikely: list = field(default_factory=list)  # of str: what `check_faults` notes
 
     @property
@@ -178,7 +203,7 @@ def compare_daylight(given, interval, sun, latitude):
 
 
 def check_shift(times, source):
-    """Refuse irradiance that is shifted in time relative to the sun, and suggest the shift.
+    """Refuse irradiance that is shifted in time relative to the sun, and suggest what mends it.
 
     Parameters
     ----------
@@ -188,28 +213,43 @@ def check_shift(times, source):
 
     Raises
     ------
-    InputError
+    TimesError
         If GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more reduces
-        this by a fifth and below 8 %; or if only two are given, or the three differ by more than 8 %, and clear days
-        fit the sun better by a fifth with a shift of 20 minutes or more.
+        this by a fifth and below 8 %; if they agree, but the daylight and the middle of the clearest days both lie
+        20 minutes or more from the sun; or if only two are given, or the three differ by more than 8 %, and clear
+        days fit the sun better by a fifth with a shift of 20 minutes or more.
     """
     residual, shifted, shift = times.closure_residual, times.closure_residual_shifted, times.closure_shift
-    if (residual is not None and residual <= RESIDUAL) or times.daylight_shift is None:
+    daylight = times.daylight_shift
+    if daylight is None:
         return
-    own = describe_shift(times.daylight_shift)
-    closes = residual is not None and abs(shift - times.daylight_shift) < NIGHT_SHIFT
+    own = describe_shift(daylight)
+    if residual is not None and residual <= RESIDUAL:
+        # Three columns close with the sun that one of them was computed with, which need not be that of the light.
+        if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
+            problem = f"GHI fits the sun {own}, DNI the sun {describe_shift(shift)}: DNI seems to be computed for the"
+            raise TimesError(source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 5), "dni")
+        return
+    closes = residual is not None and abs(shift - daylight) < NIGHT_SHIFT
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
         problem += f" with the sun {describe_shift(shift)}"
-        cure = cure_of_shift(shift, 2)
-        if abs(times.daylight_shift - shift) >= DAYLIGHT_SHIFT:
-            problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
-            cure = f"derive DNI from GHI and DHI with --weather-without dni; or {cure}"
-        raise InputError(source, problem, cure)
+        if abs(daylight - shift) < DAYLIGHT_SHIFT:
+            raise TimesError(source, problem, CURE_OF_TIMES, _round_shift(shift, 2))
+        problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
+        mending = _round_shift(daylight, 5) if times.of_another_sun else 0.0
+        raise TimesError(source, problem, CURE_OF_TIMES, mending, "dni")
     # GHI, DHI and DNI that no shift reconciles may belong to another place.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
-        raise InputError(source, problem, cure_of_shift(times.daylight_shift, 5))
+        cure = CURE_OF_TIMES if abs(daylight) <= 90 else CURE_OF_PLACE
+        raise TimesError(source, problem, cure, _round_shift(daylight, 5))
+
+
+def _clear_days_agree(times):
+    """Whether the middle of the light of the clearest days tells the same shift as the daylight."""
+    apart = np.inf if times.clear_shift is None else abs(times.clear_shift - times.daylight_shift)
+    return apart <= 15 and times.daylight_residual_shifted < 0.6 * times.daylight_residual
 
 
 def check_closure(times, source):
@@ -230,10 +270,7 @@ def describe_shift(shift):
     return f"{abs(shift)} min {'later' if shift > 0 else 'earlier'}" if shift else "as it stands"
 
 
-def cure_of_shift(shift, error):
-    """Cure for a shift, rounded to quarters of an hour if that is within its error [min]."""
+def _round_shift(shift, error):
+    """A shift rounded to quarters of an hour if that is within its error [min]."""
     quarters = 15 * round(shift / 15)
-    shift = quarters if abs(shift - quarters) <= error else shift
-    if abs(shift) > 90:
-        return f"check the place (--weather-place) and the time zone of the weather, or give --time-shift {shift}"
-    return f"check its time zone and stamps, or give --time-shift {shift}"
+    return quarters if abs(shift - quarters) <= error else shift

@@ -8,12 +8,24 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
+import pvlib
 
 from ..settings.errors import InputError, first_true
 from ..sun.solar_position import is_sunny
 from .add_sun import add_sun
-from .check_faults import check_diffuse, check_faults, check_given, check_irradiance, check_summer_time, cut_days
-from .check_sun_times import check_closure, check_shift, cure_of_shift, measure_sun_times
+from .check_faults import (
+    check_diffuse,
+    check_direct,
+    check_faults,
+    check_given,
+    check_irradiance,
+    check_summer_time,
+    check_sums,
+    cut_days,
+    middle_of_clear_days,
+)
+from .check_sun_times import CURE_OF_TIMES, TimesError, check_closure, check_shift, measure_sun_times
+from .compare_climate import check_against_climate, climate_of_place, compare_with_climate
 from .weather import IRRADIANCES
 
 DAY = pd.Timedelta(days=1)
@@ -34,7 +46,7 @@ LEAST_BY_DAY, PACKED = -4.0, -1.0  # [Wm⁻²]; down to the latter files are imp
 
 
 def check_weather(record):
-    """Refuse a record with missing variables or values, a broken time axis, or less than whole years.
+    """Refuse a record with missing irradiance or values, a broken time axis, or less than whole years.
 
     Upper limits are checked later by `check_values`, after `check_irradiance`, whose message on units is more helpful.
 
@@ -54,18 +66,19 @@ def check_weather(record):
         With the file, the place in it, and the cure.
     """
     columns = set(record.data.columns)
-    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
     light = sorted(columns & set(IRRADIANCES))
-    if len(light) < 2:
-        missing.append(f"two of ghi, dhi, dni (there: {', '.join(light) or 'none'})")
-    if missing:
-        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
+    if len(light) < 2 and light != ["ghi"]:
+        problem = f"missing: ghi, or two of ghi, dhi, dni (there: {', '.join(light) or 'none'})"
+        raise InputError(record.source, problem, "add these columns to the weather")
     interval = check_time_axis(record.data.index, record.source)
     for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
         unknown = ~np.isfinite(record.data[name].to_numpy(dtype=float))
         if (first := first_true(unknown)) is not None:
             place = f"{record.columns.get(name, name)} is missing at {record.data.index[first]}"
-            raise InputError(record.source, f"{place} ({unknown.sum()} values in total)", "fill the missing values")
+            cure = "fill the missing values"
+            if name not in IRRADIANCES:
+                cure += ", or leave the whole column out: it is then taken from the built-in climate"
+            raise InputError(record.source, f"{place} ({unknown.sum()} values in total)", cure)
     check_values(record.data, record.columns, record.source, lowest_only=True)
     return interval
 
@@ -149,6 +162,9 @@ def check_values(data, columns, source, *, lowest_only=False, cure=None):
         values = data[name].to_numpy(dtype=float)
         if (first := first_true((values < lowest) | ((values > highest) & (not lowest_only)))) is not None:
             problem = f"{columns.get(name, name)} is {values[first]:g} {unit} at {data.index[first]}"
+            if name == "wind_speed" and "temp_air" in data and data["temp_air"].min() >= 0:
+                problem += f", while {columns.get('temp_air', 'temp_air')} is never below 0 °C"
+                cure = "check whether these two columns are exchanged"
             raise InputError(source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}")
 
 
@@ -175,8 +191,27 @@ def check_negative(given, year, source):
     return notes
 
 
+def check_extraterrestrial(given, year, source):
+    """Refuse DNI above that outside the atmosphere in more than 20 hours of a sun above 10°; a note on others: list.
+
+    DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, of which a few hours a year are
+    too large; under a higher sun real records have at most 5 h, those with faults 43 and 59 h.
+    """
+    outside = pvlib.irradiance.get_extra_radiation(year.data.index + year.interval / 2).to_numpy()
+    above = year.data["dni"].to_numpy() >= outside
+    hours = above.sum() * (year.interval / HOUR)
+    if not hours:
+        return []
+    problem = f"{year.columns['dni']} is above the extraterrestrial irradiance in {hours:g} h"
+    if (above & (year.data["apparent_zenith"].to_numpy() < 80.0)).sum() * (year.interval / HOUR) <= 20:
+        return [f"{problem}: the excess counts as diffuse"]
+    if len(given.columns) == 3:
+        raise TimesError(source, problem, "check its unit and its times", without="dni")
+    raise InputError(source, problem, "check these columns: unit, and times against the sun")
+
+
 def check_years(record, interval, position):
-    """Check the irradiance of each year against the sun and against physical limits.
+    """Check the irradiance of each year against the sun, physical limits, and the climate of its place.
 
     Parameters
     ----------
@@ -193,21 +228,32 @@ def check_years(record, interval, position):
     """
     raw = record.data[[name for name in IRRADIANCES if name in record.data]]
     given, found = raw.clip(lower=0.0), {}
+    usual = climate_of_place(record.latitude, record.longitude)
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
         complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
         notes = check_negative(raw.iloc[rows], complete, source)
         check_given(given.iloc[rows], complete, source)
+        check_sums(complete, source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, position.iloc[rows])
         # Before the shift that would fit on average: none mends summer time.
         days = cut_days(complete)
+        times.clear_shift = middle_of_clear_days(days)
         if abs(times.daylight_shift or 0) <= MOST_SHIFT:
             check_summer_time(days, source)
         check_shift(times, source)
+        share = None if usual is None else compare_with_climate(complete, days, usual)
+        if share is not None:
+            notes += check_against_climate(complete, share, usual, source)
+        times.share_of_climate = share
         check_irradiance(complete, source)
-        check_diffuse(complete, source)
+        # DHI and DNI that follow from GHI alone are those of a model, which passes.
+        if len(raw.columns) > 1:
+            check_diffuse(complete, source)
+            check_direct(complete, source)
         check_closure(times, source)
         times.unlikely = notes + check_faults(complete, days, source)
+        times.unlikely += check_extraterrestrial(given, complete, source)
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
         check_values(derived, complete.columns, source, cure="check these columns at that time")
         found[year] = times
@@ -264,6 +310,6 @@ def describe_checks(record, interval, checks):
         worst = max(daylights, key=lambda one: abs(one.daylight_shift))
         note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"
         if worst.of_another_sun:
-            note += f": walls to the east and west may be wrong; {cure_of_shift(worst.daylight_shift, 5)}"
+            note += f": walls to the east and west may be wrong; {CURE_OF_TIMES}"
         notes.append(note)
     return notes

@@ -136,15 +136,29 @@ def interpolate_grid(values, latitude, longitude):
     latitude, longitude : float
         Place [°].
     """
+    (south_west, south_east, north_west, north_east), upper, right = _cells_around(values, latitude, longitude)
+    south = (1 - right) * south_west + right * south_east
+    return (1 - upper) * south + upper * ((1 - right) * north_west + right * north_east)
+
+
+def spread_of_ghi(latitude, longitude):
+    """Annual GHI of the four cells around a place: the largest less the smallest, as a share of their mean."""
+    cells = np.array(_cells_around(read_grid()["ghi"], latitude, longitude)[0], float)
+    return float(np.ptp(cells) / cells.mean())
+
+
+def _cells_around(values, latitude, longitude):
+    """The four cells around a place (south-west, south-east, north-west, north-east) and its place among them.
+
+    The place is the share of the way from south to north and from west to east.
+    """
     rows, columns = values.shape[:2]
     row = np.clip((latitude + 90) * rows / 180 - 0.5, 0, rows - 1.000001)
     column = ((longitude + 180) * columns / 360 - 0.5) % columns
     low, left = int(row), int(column)
-    upper, right = row - low, column - left
     beside = (left + 1) % columns
-    return (1 - upper) * ((1 - right) * values[low, left] + right * values[low, beside]) + upper * (
-        (1 - right) * values[low + 1, left] + right * values[low + 1, beside]
-    )
+    cells = [values[low, left], values[low, beside], values[low + 1, left], values[low + 1, beside]]
+    return cells, row - low, column - left
 
 
 def measure_land_influence(land, latitude, longitude):

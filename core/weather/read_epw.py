@@ -55,6 +55,10 @@ def read_epw(path):
         raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
     data = take_columns(path, table, EPW).set_axis(starts, axis=0)
+    if 150.0 < data["temp_air"].median() < 350.0:
+        kelvin = data["temp_air"].median()
+        problem = f"the median of {EPW['temp_air']} is {kelvin:.0f}: kelvin, as it seems"
+        raise InputError(path, problem, f"give °C, which are K − 273.15 ({kelvin - 273.15:.0f} °C)")
     hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
     if hot.any():
         problem = f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"

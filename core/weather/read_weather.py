@@ -7,8 +7,11 @@ from ..settings.errors import InputError, blame_file
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
 from .ask_services import ask_weather
+from .check_sun_times import TimesError
 from .check_weather import check_values, check_weather, check_years, describe_checks
 from .climate import clear_sky, climate
+from .compare_climate import label_of_shares
+from .complete_record import drop_empty_columns, fill_from_climate
 from .formats import read_as, recognise_weather
 from .read_era5 import read_era5
 from .sources import is_source, parse_asked
@@ -69,7 +72,39 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         records = [ask_weather(asked, latitude, longitude, altitude, reading.keep)]
     else:
         records = read_files([Path(one) for one in sources], (latitude, longitude, altitude), reading)
-    return check_record(change_record(join_records(records), reading.time_shift, reading.without), reading.horizon_cut)
+    record = join_records(records)
+    try:
+        return check_record(change_record(record, reading.time_shift, reading.without), reading.horizon_cut)
+    except TimesError as error:
+        raise try_cure(record, reading, error) from error
+
+
+def try_cure(record, reading, error):
+    """The error with a cure that was tried: the options with which the whole record passes all checks, if there are.
+
+    Parameters
+    ----------
+    record : Record
+        As read, before `reading` changed it.
+    reading : Reading
+    error : TimesError
+
+    Returns
+    -------
+    InputError
+    """
+    time_shift = reading.time_shift + error.time_shift
+    time_shift = time_shift if abs(time_shift) >= 10 else 0.0  # what daylight tells is known to some minutes
+    without = reading.without if error.without == "none" else error.without
+    options = f" --weather-without {without}" * (without != "none") + f" --time-shift {time_shift:g}" * bool(time_shift)
+    try:
+        if not options or abs(time_shift) > 720 or reading.without not in ("none", without):
+            raise InputError(record.source, error.problem, error.cure)
+        check_record(change_record(record, time_shift, without), reading.horizon_cut)
+    except InputError:
+        cure = f"{error.cure}; no shift and no column left out mends it"
+        return InputError(error.source, error.problem, cure)
+    return InputError(error.source, error.problem, f"{error.cure}, or give{options}")
 
 
 def check_record(record, horizon_cut="measured"):
@@ -80,12 +115,19 @@ def check_record(record, horizon_cut="measured"):
     InputError
         What the file says cannot be.
     """
+    record = drop_empty_columns(record)
     interval = check_weather(record)
+    record = fill_from_climate(record, interval)
     weather = add_sun(record, interval, horizon_cut)
     checks = check_years(record, interval, weather.data[POSITION])
     check_values(record.data, record.columns, record.source)
     notes = weather.notes + describe_checks(record, interval, checks)
-    return replace(weather, notes=notes, checks={year: asdict(times) for year, times in checks.items()})
+    if not {"dhi", "dni"} & set(record.data):
+        notes.append("DHI and DNI follow from GHI alone (Erbs-Driesse): see the errors in the reference")
+    shares = {year: times.share_of_climate for year, times in checks.items() if times.share_of_climate}
+    label = ", ".join(filter(None, (weather.label, label_of_shares(shares))))
+    found = {year: asdict(times) for year, times in checks.items()}
+    return replace(weather, label=label, notes=notes, checks=found)
 
 
 def check_sources(source):

@@ -1,6 +1,7 @@
 """One or several years of weather at one place, as read from files and as used; how far that place is from the city."""
 
 from dataclasses import dataclass, field, replace
+from datetime import timezone
 
 import numpy as np
 import pandas as pd
@@ -30,6 +31,7 @@ class Weather:
     notes: list = field(default_factory=list)  # of str: findings on the file, for the user
     checks: dict = field(default_factory=dict)  # year -> fields of SunTimes: how well the irradiance fits the sun
     columns: dict = field(default_factory=dict)  # column of data -> what its file calls it, or what it follows from
+    zone: timezone | None = None  # offset of the calendar of sums and series; None: the times of data
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]

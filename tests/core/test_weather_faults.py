@@ -9,7 +9,7 @@ from weathers import BARROW, DATA, HOUR, POTSDAM_2018, PVGIS
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.check_faults import check_diffuse, check_faults, check_summer_time, cut_days
+from citypv.core.weather.check_faults import check_diffuse, check_direct, check_faults, check_summer_time, cut_days
 from citypv.core.weather.formats import recognise_weather
 from citypv.core.weather.read_weather import check_record, read_file
 from citypv.core.weather.weather import change_record
@@ -44,6 +44,7 @@ def faults_of(record):
     year = add_sun(record, record.data.index[1] - record.data.index[0])
     days = cut_days(year)
     check_diffuse(year, "a year")
+    check_direct(year, "a year")
     check_summer_time(days, "a year")
     return check_faults(year, days, "a year")
 
@@ -157,10 +158,17 @@ def test_the_dark_signal_of_an_instrument_counts_as_0_with_a_note():
         check_record(record)
 
 
-def test_direct_light_that_ghi_and_dhi_cannot_leave_is_named_by_these():
+def test_direct_light_above_the_extraterrestrial_counts_as_diffuse_or_is_refused():
     record = year_of_record("Potsdam", ["ghi", "dhi"])
-    low = add_sun(record, HOUR).data["apparent_zenith"].between(86, 87)
-    hour = record.data.index[low][0]
-    record.data.loc[hour, ["ghi", "dhi"]] = 170.0, 10.0
-    with pytest.raises(InputError, match=rf"dni \(from G and D\) is 2\d\d\d\S* Wm⁻² at {hour.year}.*these columns"):
-        check_record(replace(record, columns={"ghi": "G", "dhi": "D"}))
+    zenith = add_sun(record, HOUR).data["apparent_zenith"]
+    low = record.data.index[zenith.between(86, 87)][0]
+    record.data.loc[low, ["ghi", "dhi"]] = 170.0, 10.0
+    weather = check_record(replace(record, columns={"ghi": "G", "dhi": "D"}))
+    assert any("dni (from G and D) is above the extraterrestrial irradiance in 1 h" in note for note in weather.notes)
+    row = weather.data.loc[low]
+    assert 1310 < row["dni"] < 1420
+    assert row["dhi"] + row["dni"] * np.cos(np.radians(row["apparent_zenith"])) == pytest.approx(170)
+    high = record.data.index[zenith.between(60, 70)][:25]
+    record.data.loc[high, ["ghi", "dhi"]] = 750.0, 20.0
+    with pytest.raises(InputError, match=r"above the extraterrestrial irradiance in .* h; check these"):
+        check_record(record)

@@ -76,7 +76,7 @@ def test_columns_of_other_sources(tmp_path):
     pressure = read_weather(write_lines(tmp_path / "empty.csv", empty), *BERLIN).data["pressure"]
     np.testing.assert_allclose(pressure, pvlib.atmosphere.alt2pres(5.0))
     renamed = [lines[0], lines[1].replace("Wspd", "Wind").replace("DNI", "Beam").replace("GHI", "Global"), *lines[2:]]
-    refuse(write_lines(tmp_path / "renamed.csv", renamed), "missing: wind_speed, two of ghi, dhi, dni (there: dhi)")
+    refuse(write_lines(tmp_path / "renamed.csv", renamed), "missing: ghi, or two of ghi, dhi, dni (there: dhi)")
     wrong = [*lines[:9], lines[9].replace("/", "."), *lines[10:]]
     refuse(write_lines(tmp_path / "wrong.csv", wrong), "row 8", "MM/DD/YYYY")
 

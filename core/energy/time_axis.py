@@ -1,0 +1,93 @@
+"""Series on whole intervals of a calendar year: a file's own times rarely begin one.
+
+ERA5's 2017 begins at 23:00 of 31 December 2016, years of PVGIS at the satellite's 23:40:34, and neither fits a load
+profile. Power is constant over each interval of the weather; what a whole interval holds of two of them is its mean.
+Intervals at the ends of the calendar year that the weather lacks are those of the other end of the same year.
+"""
+
+import re
+from datetime import UTC, timedelta, timezone
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from ..settings.errors import InputError
+
+
+def read_zone(text):
+    """Fixed offset from UTC: "utc" or "+01:00", without summer time; None for "file", the weather's own times.
+
+    Raises
+    ------
+    InputError
+    """
+    if text == "file":
+        return None
+    if text.lower() == "utc":
+        return UTC
+    match = re.fullmatch(r"([+-])(\d{1,2}):(00|15|30|45)", text.strip())
+    if not match or int(match[2]) > 14:
+        problem = f"{text!r} is no fixed offset from UTC"
+        raise InputError("--time-axis", problem, "give utc, or hours and minutes such as +01:00 or -03:30, or file")
+    offset = timedelta(hours=int(match[2]), minutes=int(match[3]))
+    return timezone(-offset if match[1] == "-" else offset)
+
+
+def lay_on_axis(times, interval, zone):
+    """Whole intervals of calendar years, and what they hold of the intervals of a weather.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (T,)
+        Start of each interval, tz-aware, ascending.
+    interval : pandas.Timedelta
+        A whole part of an hour, or an hour.
+    zone : datetime.timezone
+        Offset of the calendar from UTC.
+
+    Returns
+    -------
+    axis : pandas.DatetimeIndex, (S,)
+        Starts in that zone, from midnight of 1 January of each year of which the weather has most. Days that it lacks,
+        such as 29 February, are left out.
+    share : scipy.sparse.csr_array, (S, T)
+        Share of the interval of the axis in each interval of the weather; rows sum up to 1.
+    """
+    own = times.tz_convert(zone)
+    middle = own + interval / 2
+    step = interval.value
+    starts = own.as_unit("ns").asi8
+    pieces = []
+    for year, count in zip(*np.unique(middle.year, return_counts=True), strict=True):
+        begin, end = (pd.Timestamp(year=number, month=1, day=1, tz=zone) for number in (year, year + 1))
+        if count * interval < (end - begin) * 0.9:
+            continue
+        whole = pd.date_range(begin, end, freq=interval, inclusive="left").as_unit("ns").asi8
+        pieces.append((whole, (end - begin).value))
+    axis, first, second, part = ([] for _ in range(4))
+    for whole, length in pieces:
+        # The interval of the axis begins within one of the weather, and ends in the next.
+        one = _rows_at(starts, step, whole, length)
+        elapsed = np.where(one >= 0, (whole - starts[one]) % step, 0)
+        other = np.where(elapsed == 0, one, _rows_at(starts, step, whole + step - elapsed, length))
+        kept = (one >= 0) & (other >= 0)
+        axis.append(whole[kept])
+        first.append(one[kept])
+        second.append(other[kept])
+        part.append((1.0 - elapsed / step)[kept])
+    axis, first, second, part = (np.concatenate(values) for values in (axis, first, second, part))
+    rows = np.arange(len(axis))
+    values, places = np.r_[part, 1.0 - part], (np.r_[rows, rows], np.r_[first, second])
+    share = sparse.csr_array((values, places), shape=(len(axis), len(times)))
+    return pd.DatetimeIndex(axis, tz="UTC").tz_convert(zone), share
+
+
+def _rows_at(starts, step, moments, length):
+    """Interval that holds each moment, or the same a year (of a length) later or earlier; -1 where there is none."""
+    found = np.full(len(moments), -1)
+    for shift in (0, length, -length):
+        row = np.searchsorted(starts, moments + shift, side="right") - 1
+        inside = (row >= 0) & (moments + shift < starts[row] + step)
+        found = np.where((found < 0) & inside, row, found)
+    return found

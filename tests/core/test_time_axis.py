@@ -1,0 +1,67 @@
+"""Series on whole hours of a calendar year, against exact integration of power that is constant over each interval."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from weathers import BERLIN, ERA5, HOUR, PVGIS, TMY3
+
+from citypv.core.energy.time_axis import lay_on_axis, read_zone
+from citypv.core.settings.errors import InputError
+from citypv.core.weather.read_weather import read_weather
+
+
+def integrate(times, interval, values, edges):
+    """Sums between edges of values that are constant over each interval, and 0 elsewhere: by the running integral."""
+    starts = times.as_unit("ns").asi8 / 3.6e12
+    length = interval / HOUR
+    knots = np.column_stack([starts, starts + length]).ravel()
+    total = np.repeat(np.cumsum(np.append(0.0, values * length)), 2)[1:-1]
+    return np.diff(np.interp(edges.as_unit("ns").asi8 / 3.6e12, knots, total))
+
+
+@pytest.mark.parametrize("zone", ["utc", "+01:00", "-05:00", "+05:45", "-12:00", "+14:00"])
+@pytest.mark.parametrize("file", [ERA5, PVGIS, TMY3], ids=lambda file: file.name)
+def test_days_are_those_of_exact_integration(file, zone):
+    weather = read_weather(file, *BERLIN)
+    times, values = weather.data.index, weather.data["ghi"].to_numpy()
+    axis, share = lay_on_axis(times, weather.interval, read_zone(zone))
+    year = axis[0].year
+    assert len(axis) == 8760
+    assert axis[0] == pd.Timestamp(f"{year}-01-01", tz=read_zone(zone))
+    assert axis[-1] + HOUR == pd.Timestamp(f"{year + 1}-01-01", tz=read_zone(zone))
+    np.testing.assert_allclose(share.sum(axis=1), 1)
+    np.testing.assert_allclose(share.sum(axis=0), 1)  # each hour of the weather counts once
+    assert (share @ values).sum() == pytest.approx(values.sum())
+    days = (share @ values).reshape(365, 24).sum(axis=1)
+    edges = pd.date_range(axis[0], periods=366, freq="D")
+    # The first and the last day have hours of the other end of the year.
+    exact = integrate(times, weather.interval, values, edges)
+    np.testing.assert_allclose(days[1:-1], exact[1:-1], atol=1e-6)
+    assert days[[0, -1]].sum() == pytest.approx(values.sum() - exact[1:-1].sum())
+
+
+def test_years_with_a_gap_and_leap_days_that_lack():
+    """2016 without 29 February, and 2019, in UTC−5: 8,760 hours each, and none of other years."""
+    whole = pd.date_range("2016-01-01", "2017-01-01", freq="h", inclusive="left", tz="UTC")
+    later = pd.date_range("2019-01-01", "2020-01-01", freq="h", inclusive="left", tz="UTC")
+    times = whole[~((whole.month == 2) & (whole.day == 29))].append(later) + 5 * HOUR
+    axis, share = lay_on_axis(times, HOUR, read_zone("-05:00"))
+    assert len(axis) == 2 * 8760 and set(axis.year) == {2016, 2019}
+    assert not ((axis.month == 2) & (axis.day == 29)).any()
+    assert share.nnz >= 2 * 8760 and (share.diagonal() == 1).all()
+
+
+def test_quarter_hours_of_many_years():
+    times = pd.date_range("2005-01-01", "2008-01-01", freq="15min", inclusive="left", tz="UTC") - pd.Timedelta("7min")
+    values = np.random.default_rng(0).random(len(times))
+    axis, share = lay_on_axis(times, pd.Timedelta("15min"), read_zone("+02:00"))
+    assert len(axis) == len(times)
+    hours = (share @ values)[96 * 3 : -96 * 3].reshape(-1, 4).sum(axis=1) / 4
+    edges = pd.date_range(axis[96 * 3], periods=len(hours) + 1, freq="h")
+    np.testing.assert_allclose(hours, integrate(times, pd.Timedelta("15min"), values, edges), atol=1e-9)
+
+
+@pytest.mark.parametrize("text", ["CET", "1", "+1", "+25:00", "Europe/Berlin", "", "+01:07"])
+def test_what_is_no_fixed_offset_is_refused(text):
+    with pytest.raises(InputError, match=r"--time-axis: .* is no fixed offset from UTC; give utc"):
+        read_zone(text)
