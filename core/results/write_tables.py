@@ -86,8 +86,8 @@ def sum_periods(energy):
 def share_periods(times, interval, longitude):
     """Share of intervals in the whole, its months, hours of the day and hours of local mean solar time.
 
-    An interval belongs to the month and hour of its middle, in the zone of the times. It is split between hours of local mean solar time,
-    which start at any time within those of UTC.
+    An interval belongs to the month and hour of its middle, in the zone of the times. It is split between hours of
+    local mean solar time, which start at any time within those of UTC.
 
     Parameters
     ----------
