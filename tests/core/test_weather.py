@@ -124,7 +124,7 @@ def test_files_that_are_no_weather(tmp_path):
         ("empty.csv", b"", "empty"),
         ("words.txt", b"this is no weather", "not in a known weather format"),
         ("bytes.bin", bytes(range(256)) * 8, "not in a known weather format"),
-        ("header.csv", b"time,ghi,dhi,temp_air,wind_speed\n", "0 time stamps"),
+        ("header.csv", b"time,ghi,dhi,temp_air,wind_speed\n", "no rows below its header"),
         ("other.csv", b"a,b\n1,2\n", "weather variable"),
         ("cut.epw", b"LOCATION,Nowhere,-,USA,TMY3,1,10.0,10.0,1.0,5.0\nDESIGN", "full year"),
         ("head.epw", b"LOCATION,Nowhere\n", "cannot be read as epw"),
@@ -158,12 +158,12 @@ def test_an_epw_in_fahrenheit_lacks_nothing(tmp_path):
 
 @pytest.mark.parametrize("dropped", [1, 3, 20])
 def test_an_epw_without_its_last_columns_is_read(tmp_path, dropped):
-    """As of TMY2: without albedo and rain; one with GHI alone is read, and told so."""
+    """As of TMY2: without albedo and rain; without DHI and wind: taken from others."""
     lines = lines_of(BARROW)
     path = write_lines(tmp_path / "short.epw", [*lines[:8], *(line.rsplit(",", dropped)[0] for line in lines[8:])])
     if dropped == 20:
         notes = read_weather(path, 71.3, -156.6).notes
-        words = "Diffuse Horizontal Radiation, Direct Normal Radiation, Wind Speed"
+        words = "Diffuse Horizontal Radiation, Wind Speed: no value at all"
         return any(words in note for note in notes) or pytest.fail(str(notes))
     found, whole = read_weather(path, 71.3, -156.6).data, read_weather(BARROW, 71.3, -156.6).data
     return pd.testing.assert_frame_equal(found, whole)
