@@ -15,6 +15,7 @@ from dataclasses import asdict, fields
 from functools import partial
 
 from ..settings.errors import InputError, show_signs
+from ..settings.memory import GB, check_memory
 from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from .add_options import (
@@ -72,6 +73,8 @@ def main(arguments=None, draw=None):
     before = signal.signal(signal.SIGTERM, signal.default_int_handler) if main_thread else None
     try:
         # A time budget begins here: before anything large is imported or compiled.
+        # Libraries of the formats, of numbers and of light.
+        check_memory(name_input(options), "a run of any size", 4e8, "give it more memory")
         options.draw, options.log = draw, RunLog(None if getattr(options, "quiet", False) else sys.stderr)
         return options.run(options) or 0
     except InputError as error:
@@ -79,14 +82,34 @@ def main(arguments=None, draw=None):
     except (KeyboardInterrupt, CancelledError) as stop:
         moment = " before the first suns were finished" if isinstance(stop, CancelledError) else ""
         return print_error(f"interrupted{moment}; no results were written", 130)
-    except OSError as error:
-        return print_error(f"{error.filename or 'system'}: {error.strerror or error}", 1)
-    except Exception:
-        traceback.print_exc()
-        return print_error("internal error; please report the lines above", 1)
+    except Exception as error:
+        if isinstance(error, MemoryError):
+            words = describe_memory(options)
+        elif isinstance(error, OSError):
+            words = f"{error.filename or 'system'}: {error.strerror or error}"
+        else:
+            traceback.print_exc()
+            words = "internal error; please report the lines above"
+        return print_error(words, 1)
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
+
+
+def describe_memory(options):
+    """That the memory is gone, for which files: one line."""
+    from ..results.write_summary import peak_memory
+
+    used = peak_memory()
+    words = "needs more memory than there is" + (f": {used / GB:.1f} GB were taken" if used else "")
+    return f"{name_input(options)}: {words}; give --cluster serial, which traces a part at a time, or more memory"
+
+
+def name_input(options):
+    """What a command was given to read, for messages."""
+    names = ("city", "folder", "transfer", "base")
+    given = next((getattr(options, name) for name in names if hasattr(options, name)), "")
+    return ", ".join(map(str, given)) if isinstance(given, list) else given or "citypv"
 
 
 def print_error(message, status):

@@ -21,6 +21,7 @@ from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
+from .sun_blocks import check_room
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_interruption, variance_of_mean
@@ -106,6 +107,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     With `known`, of `edit_light.Known`, only what an edit of the city changes is traced.
     """
     clock = Clock()
+    check_room(prepared, suns, request)
     context = prepare_gather(prepared, request, progress)
     plan, ray_scene = context.plan, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree

@@ -1,5 +1,6 @@
 """Read buildings of every format: files and folders to a City."""
 
+from contextlib import suppress
 from pathlib import Path
 
 from ..city.join_contents import join_contents
@@ -87,6 +88,11 @@ def list_files(paths):
     """
     files = []
     for path in [paths] if isinstance(paths, (str, Path)) else paths:
+        try:
+            with suppress(FileNotFoundError):  # refused when it is opened
+                Path(path).stat()
+        except OSError as error:
+            raise InputError(path, f"cannot be read ({error.strerror})", "check the path") from error
         if not Path(path).is_dir():
             files.append(Path(path))
             continue

@@ -53,6 +53,7 @@ def test_the_same_city_under_other_names(folder, before):
 
 def test_neighbours_lose_and_sums_add_up(before, after):
     found = citypv.compare(before, after)
+    assert re.fullmatch(r"<citypv\.Comparison \S+ to \S+: [\d,]+ buildings?, [+−]?[\d,]+ MWh a year>", repr(found))
     states = found.buildings.set_index("building_id")["state"].to_dict()
     assert states == {"a": "existing", "b": "existing", "c": "gone", "tower": "new"}
     south = found.surfaces.set_index("surface_id").loc["a_south"]

@@ -1,6 +1,8 @@
 """CityPV from Python: the same files as the command line, settings that are honoured or refused, light imports."""
 
+import re
 import runpy
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +15,11 @@ from weathers import ERA5
 
 import citypv
 from citypv.__main__ import main
+from citypv.core.commands.choose_settings import request_of_settings, take_exports
 from citypv.core.commands.python_api import Result
 from citypv.core.energy.counted_area import PARTS
 from citypv.core.results.read_results import read_summary
+from citypv.core.results.write_summary import versions
 
 FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days:2", "threads": 1}
 # Settings as options and in Python.
@@ -88,8 +92,7 @@ def test_another_weather_keeps_the_plant(city, tmp_path):
     assert again.summary["settings"]["losses"] == 20
     more = first.with_weather(ERA5, losses=10, allow_distance=1e5)
     options = options_of({"weather": ERA5, "losses": 10, "sky": "isotropic", "allow-distance": 1e5, "threads": 1})
-    transfer = str(first.folder / "transfer.nc")
-    assert main(["yield", transfer, "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
+    assert main(["yield", str(first.folder), "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
     assert (more.folder / "faces.csv").read_bytes() == (tmp_path / "a" / "faces.csv").read_bytes()
     (first.folder / "transfer.nc").unlink()
     with pytest.raises(citypv.InputError, match="no light to weigh again; simulate with exports"):
@@ -109,6 +112,46 @@ def test_what_cannot_be_honoured_is_refused(settings, words, city):
     with pytest.raises(citypv.InputError) as told:
         citypv.simulate(city, **FEW | settings)
     assert words in str(told.value)
+
+
+@pytest.mark.parametrize(("city", "words"), [
+    ([], "city: is an empty list"), (None, "city: None is no path"), ([None], "city: None is no path"),
+    (7, "city: 7 is no path"), (b"a.gml", "is no path"), ({"a.gml": 1}, "is no path"),
+])  # fmt: skip
+def test_what_is_no_city_is_refused(city, words):
+    for call in (citypv.simulate, citypv.inspect):
+        with pytest.raises(citypv.InputError) as told:
+            call(city)
+        assert words in str(told.value)
+
+
+def test_settings_are_brought_to_their_declared_types():
+    """As a summary writes them, and the next run reads them: whole numbers as degrees, numbers of numpy, paths."""
+    given = {"latitude": 50, "longitude": np.float32(8.5), "samples": np.int64(64), "seed": 3.0, "far_ground": True}
+    given |= {"weather": Path("a.epw"), "terrain": Path("b.tif"), "weather_place": [50, 8], "usable": {"facade": 1}}
+    request = request_of_settings(given)
+    for name, expected in {
+        "latitude": 50.0, "longitude": 8.5, "samples": 64, "seed": 3, "far_ground": True, "weather": "a.epw",
+        "terrain": "b.tif", "weather_place": (50.0, 8.0), "usable": {"facade": 1.0},
+    }.items():  # fmt: skip
+        found = getattr(request, name)
+        assert found == expected and type(found) is type(expected)
+    assert type(request.weather_place[0]) is type(request.usable["facade"]) is float
+    with pytest.raises(citypv.InputError, match=r"--samples: \d+ is out of range"):
+        request_of_settings({"samples": 1e30})
+
+
+def test_one_export_is_named_as_one_of_several():
+    assert take_exports("cityjson") == take_exports(["cityjson"]) == ("cityjson",)
+
+
+def test_every_library_that_a_number_depends_on_is_in_the_summary():
+    """Those that pyproject.toml asks for, and scikit-learn, whose k-means tsam takes."""
+    text = (Path(citypv.__file__).parent / "pyproject.toml").read_text(encoding="utf-8")
+    needed = [re.split(r"[<>=]", line)[0] for line in tomllib.loads(text)["project"]["dependencies"]]
+    found = versions()
+    assert {*needed, "scikit-learn", "python", "citypv"} <= found.keys()
+    assert all(found[name] for name in needed)
 
 
 @pytest.mark.once
