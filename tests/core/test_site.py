@@ -115,6 +115,24 @@ def test_tiles_lie_in_their_boxes_and_are_small(web):
     assert seen == len(list((web / "tiles").glob("*.glb"))) and len(levels) >= 4
 
 
+def test_roofs_without_walls_are_off_by_the_tallest_building(web):
+    """And whatever stands above them by no less: a page draws walls wherever they are large enough to be seen."""
+    heights, errors = {}, {}
+    for tile, path, _ in visit_tiles(web / "tiles"):
+        square = path.stem.rpartition("_")[0]
+        if path.stem.endswith("_roofs"):
+            errors[square] = tile["geometricError"]
+        elif tile["geometricError"] == 0:
+            glb = Glb(path.read_bytes())
+            building, (corners, feature) = np.array(glb.table()["building"]), glb.features()
+            for one in np.unique(building[feature]):
+                z = corners[building[feature] == one][..., 2]
+                heights.setdefault(square, []).append(z.max() - z.min())
+    assert errors and heights.keys() == errors.keys()
+    for square, own in heights.items():
+        assert errors[square] == pytest.approx(max(own), abs=0.01)
+
+
 def test_from_afar_the_roofs_have_their_means(web, faces):
     """The mosaic for the whole: the mean over its pixels is that of the roofs by their area in plan."""
     top = max(visit_tiles(web / "tiles"), key=lambda one: one[0]["geometricError"])
