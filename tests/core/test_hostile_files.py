@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import re
 import subprocess
 import sys
 
@@ -176,13 +177,13 @@ def test_what_limits_leave_is_what_is_free():
         "from citypv.core.settings.memory import check_memory, free_memory\n"
         "resource.setrlimit(resource.RLIMIT_AS, (4 * 10**9,) * 2)\n"
         "size = 1024 * int(re.search(r'VmSize:\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
-        "assert abs(free_memory() - (4 * 10**9 - size)) < 1e7\n"
+        "assert abs(free_memory() - (35 * 10**8 - size)) < 1e7  # half a GB is for libraries that are not loaded\n"
         "check_memory('city.obj', 'tracing', 1e9, 'cure')\n"
         "check_memory('city.obj', 'tracing 5 patches', 5e9, 'give tiles')\n"
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     said = ended.stderr.strip().splitlines()[-1]
-    assert "city.obj: tracing 5 patches needs 5.0 GB of memory, and 3.9 GB are free; give tiles" in said
+    assert re.search(r"city.obj: tracing 5 patches needs 5.0 GB of memory, and 3.[345] GB are free; give tiles", said)
     assert 0 < free_memory() < 1e14
     check_memory("city.obj", "tracing", 1, "cure")
 
