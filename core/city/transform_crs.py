@@ -83,7 +83,11 @@ def turn_towards(longitude, middle, turn):
 @lru_cache(maxsize=64)
 def globe_of(plane):
     """Latitude and longitude, in degrees from Greenwich, on the datum of a plane: pyproj.CRS."""
-    members = copy.deepcopy(plane.geodetic_crs.to_2d().to_json_dict())
+    own = plane.geodetic_crs.to_2d()
+    usual = own.axis_info[0].direction == "north" and own.axis_info[0].unit_name == "degree"
+    if usual and own.prime_meridian is not None and own.prime_meridian.longitude == 0:
+        return own
+    members = copy.deepcopy(own.to_json_dict())
     members.pop("id", None)
     for key in ("datum", "datum_ensemble"):
         members.get(key, {}).pop("prime_meridian", None)
@@ -110,8 +114,12 @@ def find_globe_places(places, plane, axes="xy"):
     latitude, longitude : array, (k,) float64 [°]
         Infinite where the plane does not hold.
     """
-    turn = pyproj.Transformer.from_crs(plane, globe_of(plane))
-    return turn.transform(*_as_registered(np.asarray(places, float), plane, axes).T)
+    return _turn_to_globe(plane).transform(*_as_registered(np.asarray(places, float), plane, axes).T)
+
+
+@lru_cache(maxsize=64)
+def _turn_to_globe(plane):
+    return pyproj.Transformer.from_crs(plane, globe_of(plane))
 
 
 def registered_axes(plane):

@@ -12,6 +12,7 @@ from sheds import CLOSED, write_shed
 
 import citypv
 from citypv.core.city.terrain import Layer, Terrain
+from citypv.core.commands.command_line import main
 from citypv.core.results.cityjson_surroundings import list_objects, list_points
 from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
@@ -79,3 +80,24 @@ def test_parts_and_terrain_are_written(tmp_path):
     geometry = [{"type": "CompositeSurface", "lod": "1", "boundaries": [[[0, 1, 2]]]}]
     assert objects == {"terrain": {"type": "TINRelief", "geometry": geometry}}
     assert list_points(city) == pytest.approx(triangle)
+
+
+@pytest.mark.slow
+def test_what_is_added_later_stands_in_the_system_of_the_base(tmp_path):
+    """To a base in degrees a file with the other order of axes, and an OBJ that names no system, are added."""
+    base = write_shed(tmp_path / "base.gml", "EPSG:4326", 52.08, 4.3, envelope=CLOSED)
+    more = write_shed(tmp_path / "more.gml", "EPSG:4326", 52.0803, 4.3, order="other", envelope=CLOSED)
+    more.write_text(more.read_text().replace('gml:id="house"', 'gml:id="more"'))
+    corners = [(52.0797, 4.3, 0), (52.0797, 4.3001, 0), (52.07977, 4.3001, 5), (52.07977, 4.3, 5)]
+    lines = ["o roof", *(f"v {x:.10f} {y:.10f} {z}" for x, y, z in corners), "f 1 2 3 4"]
+    (tmp_path / "roof.obj").write_text("\n".join(lines) + "\n")
+    citypv.simulate(base, exports=["editable"], **FEW).save(tmp_path / "first")
+    added = ["--add", str(more), "--add", str(tmp_path / "roof.obj")]
+    assert main(["variant", str(tmp_path / "first"), *added, "--out", str(tmp_path / "second"), "--quiet"]) == 0
+    table = pd.read_csv(tmp_path / "second" / "buildings.csv").set_index("building_id")
+    half = 4 / 111_250  # [°] half of the shed's 8 m northwards
+    middles = {"house": 52.08 + half, "more": 52.0803 + half, "roof": 52.079735}
+    for name, latitude in middles.items():
+        assert table.loc[name, "latitude"] == pytest.approx(latitude, abs=1e-6)
+        assert table.loc[name, "northing"] == pytest.approx(latitude, abs=1e-6)
+    assert table.loc["roof", "easting"] == pytest.approx(4.30005, abs=1e-8)
