@@ -7,7 +7,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from .choose_levels import choose_levels
+from .choose_levels import choose_levels, commonest_reason
 from .city import City, ImportReport, free_name, number_names, starts_of, take_polygons
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
@@ -68,7 +68,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city = take_polygons(city, find_strays(city, report))
     report_share(0.65)
     if not len(city):
-        raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
+        problem = f"no building has a usable polygon: {commonest_reason(report)}"
+        raise InputError(contents[0].path, problem, "correct it, or export the file again")
     if orient == "auto":
         _orient(city, report)
     report_share(1.0)

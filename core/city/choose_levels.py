@@ -235,5 +235,16 @@ def _refuse_empty(contents, wanted, report):
         problem = f"contains no buildings, only vegetation ({trees:,})" if trees else "no buildings in it"
         raise InputError(path, problem, "give the file with the buildings")
     problem = f"no building has {f'LoD {wanted}' if wanted else 'a usable shape'}"
+    if not report.lods_met and (why := commonest_reason(report)):
+        raise InputError(path, f"{problem}: {why}", "correct it, or export the file again")
     cure = "choose one of these with --lod" if wanted else "give a file with LoD 1 to 3"
     raise InputError(path, f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})", cure)
+
+
+def commonest_reason(report):
+    """The commonest reason why something was left out, with its number and an example; "" if nothing was: str."""
+    reasons = {why: names for why, names in report.skipped.items() if not why.startswith(SHAPELESS)}
+    if not reasons:
+        return ""
+    reason, names = max(reasons.items(), key=lambda item: len(item[1]))
+    return f"{reason} ({len(names)}, for example {names[0]!r})"

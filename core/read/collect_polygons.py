@@ -35,6 +35,8 @@ PASSED_BY = {
 STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
 NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
 LOD = re.compile(r"lod(\d)(.*)")
+ELSEWHERE = "reference to a polygon in another file, which is not read"
+DECIMAL_COMMA = "coordinates with a decimal comma, not a point"
 COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
 OUTLINE, HOLE = ("exterior", "outerBoundaryIs"), ("interior", "innerBoundaryIs")
 RINGS = [f"{{*}}{name}" for name in (*OUTLINE, *HOLE)]
@@ -152,7 +154,7 @@ def _step(child, kind, place, content):
     elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
         place = place._replace(flipped=not place.flipped)
     if place.lod is not None and XLINK in attributes:
-        content.references.append((attributes[XLINK].rpartition("#")[2], place))
+        content.references.append((attributes[XLINK], place))
     return place
 
 
@@ -209,7 +211,8 @@ def _read_ring(part, place, content):
             dimension = element.get("srsDimension", dimension)
     numbers = read_numbers(elements)
     if numbers is None:
-        return None, "coordinates that are not numeric"
+        words = " ".join(element.text or "" for element in elements)
+        return None, DECIMAL_COMMA if re.search(r"\d,\d", words) else "coordinates that are not numeric"
     if dimension == "2":
         return None, "2D coordinates without heights"
     if len(numbers) % 3:
@@ -247,9 +250,12 @@ def resolve_references(content):
         Changed in place.
     """
     index = {polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id}
-    for target, reference in content.references:
+    for link, reference in content.references:
+        file, _, target = link.rpartition("#")
         if target not in index and target not in content.groups:
-            content.skip("reference to a polygon that is not in the file", target)
+            content.skip(
+                ELSEWHERE if file else "reference to a polygon that is not in the file", link if file else target
+            )
             continue
         known = index.get(target)
         for polygon in [known] if known else content.polygons[slice(*content.groups[target])]:

@@ -81,7 +81,10 @@ def _read_declared(path, declared, report_share):
         content.notes += [f"{count} {name} left out: {why}."] if count else []
     if not content.buildings and not content.trees:
         cure = "give a file with buildings" + (", and this one with --terrain" if content.relief.count() else "")
-        raise InputError(path, "contains no buildings", cure)
+        left_out = {reason: len(names) for reason, names in content.skipped.items()}
+        held = {**others, "terrain triangles": content.relief.count(), **left_out}
+        words = ", ".join([f"{count} {name}" for name, count in sorted(held.items()) if count][:5])
+        raise InputError(path, f"contains no buildings{f' (but {words})' if words else ''}", cure)
     content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
     leave_out_demolished(content)

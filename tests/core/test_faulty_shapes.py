@@ -14,6 +14,7 @@ from test_levels import box, faces, part
 
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 
 def read(tmp_path, *buildings, **options):
@@ -181,6 +182,28 @@ def test_what_no_longer_stands_is_left_out_and_listed(tmp_path):
     assert set(city.building_id) == {"house"} and len(city) == 6 and city.report.building_count == 1
     (names,) = city.report.skipped.values()
     assert names == ["house part 2", "old"]
+
+
+UNREADABLE = {  # points of a wall in the file -> what is said
+    "<gml:posList>0,0 0,0 0,0 4,0 0,0 0,0 4,0 0,0 3,0</gml:posList>": "coordinates with a decimal comma",
+    '<gml:posList srsDimension="2">0 0 4 0 4 3</gml:posList>': "2D coordinates without heights",
+    "<gml:posList>0 0 0 4 x 0</gml:posList>": "coordinates that are not numeric",
+}
+
+
+@pytest.mark.parametrize("points", UNREADABLE)
+def test_the_commonest_reason_is_told(tmp_path, points):
+    walls = [wrap(points, "gml:Polygon", "gml:exterior", "gml:LinearRing")] * 3
+    with pytest.raises(InputError, match=rf"city\.gml: .*: {UNREADABLE[points]}.* \(3, for example"):
+        read(tmp_path, building(surface(members(*walls))))
+
+
+def test_a_link_into_another_file_is_told_and_one_into_its_own_is_followed(tmp_path):
+    link = '<gml:surfaceMember xlink:href="{}#wall"/>'
+    with pytest.raises(InputError, match=r"reference to a polygon in another file.*'other\.gml#wall'"):
+        read(tmp_path, building(solid(link.format("other.gml"))))
+    wall = surface(members(polygon("wall", SHED["south"])))
+    assert len(read(tmp_path, building(wall, solid(link.format("city.gml"))))) == 1
 
 
 def test_what_no_longer_stands_of_cityjson(tmp_path):
