@@ -50,12 +50,15 @@ def judge_unit(contents):
 
 def _heights_of(content):
     """Lowest and highest z of each building: list of (float, float)."""
-    bounds = {}
-    for polygon in content.polygons:
-        z = polygon.rings[0][:, 2]
-        low, high = bounds.get(polygon.building, (np.inf, -np.inf))
-        bounds[polygon.building] = min(low, z.min(initial=np.inf)), max(high, z.max(initial=-np.inf))
-    return list(bounds.values())
+    rings = [polygon.rings[0] for polygon in content.polygons if len(polygon.rings[0])]
+    if not rings:
+        return []
+    building = np.array([polygon.building for polygon in content.polygons if len(polygon.rings[0])])
+    starts, z = np.cumsum([0, *map(len, rings[:-1])]), np.concatenate(rings)[:, 2]
+    low, high = np.full(building.max() + 1, np.inf), np.full(building.max() + 1, -np.inf)
+    np.minimum.at(low, building, np.minimum.reduceat(z, starts))
+    np.maximum.at(high, building, np.maximum.reduceat(z, starts))
+    return list(zip(low[low <= high], high[low <= high], strict=True))
 
 
 def judge_up(vertices, faces):
