@@ -100,3 +100,19 @@ def test_turning_by_the_convergence_moves_grid_north_to_its_azimuth():
     north = turn_to_true_north(np.array([[0.0, 1.0, 5.0]]), 30.0)[0]
     assert np.degrees(np.arctan2(north[0], north[1])) == pytest.approx(30.0)  # clockwise from true north
     assert north[2] == 5.0
+
+
+def test_a_ring_of_many_corners_is_covered_once():
+    """A regular polygon of 2,000 corners with a hole of 700 on a slope: areas n/2 · r² · sin(2π/n)."""
+
+    def circle(count, radius):
+        angle = 2 * np.pi * np.arange(count) / count
+        x, y = radius * np.cos(angle), radius * np.sin(angle)
+        return np.column_stack([x, y, 0.75 * x])
+
+    points = np.concatenate([circle(2000, 50.0), circle(700, 20.0)[::-1]])
+    triangles, owner = triangulate(points, np.array([0, 2000, 2700]), np.array([0, 2]))
+    normal = 0.5 * np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2)))
+    flat = 1000 * 50.0**2 * np.sin(np.pi / 1000) - 350 * 20.0**2 * np.sin(np.pi / 350)
+    assert normal[:, 2].min() > 0 and normal[:, 2].sum() == pytest.approx(flat, rel=1e-9)
+    assert len(triangles) == 2700 and not owner.any()  # n + 2 h - 2 with h holes
