@@ -1,5 +1,6 @@
 """`citypv variant`: an edited city from what is known of the city before, in seconds."""
 
+import shlex
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,14 +13,17 @@ from ..city.edit_city import Change, edit_city, place_local, system_of
 from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
+from ..light.trace_gather import BaseTooSmallError
 from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, mark_of
 from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
+from ..results.read_results import read_summary
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
+from ..settings.request import declared_settings, option_of
 from ..study import ELSEWHERE, compute_energy, conventions_of, read_year, stand_edited
 from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
@@ -70,7 +74,11 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             path = write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             request = replace(request, albedo_file=path)
         scene = stand_edited(city, base, request, log.progress)
-        edited = edit_light(base, scene, log.progress, request=request)
+        try:
+            edited = edit_light(base, scene, log.progress, request=request)
+        except BaseTooSmallError as error:
+            words = f"compute the base again: {_command_of(base_folder, error.settings)}"
+            raise InputError(base_folder, f"the edited city {error.problem}", words) from None
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
@@ -87,6 +95,21 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
+
+
+def _command_of(base_folder, changes):
+    """The command that computes a base again with some settings changed: str."""
+    summary = read_summary(Path(base_folder) / "summary.json")
+    words, settings = ["citypv", "simulate", *summary["input"]["report"]["files"]], summary["settings"] | changes
+    for name, default, details in declared_settings():
+        value = settings.get(name)
+        if value in (None, default, list(default) if isinstance(default, tuple) else default) or details.option == "":
+            continue
+        if details.kind in ("pairs", "shares"):
+            value = [f"{key}={'on' if one is True else 'off' if one is False else one}" for key, one in value.items()]
+        values = value if isinstance(value, list | tuple) else [] if details.kind == "flag" else [value]
+        words += [option_of(name), *(("off", "on")[one] if isinstance(one, bool) else one for one in values)]
+    return shlex.join(map(str, [*words, "--out", base_folder, "--overwrite", "--editable"]))
 
 
 def read_change(wish, kept):

@@ -231,7 +231,7 @@ def decide_perez(inputs):
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None
-    if asked or (asked is None and (sky == PEREZ or (by_scene and area > 0))):
+    if sky_of_surfaces(inputs.request, surfaces) == PEREZ:
         reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"
         inputs.plan.sky = PEREZ
         if inputs.weather is not None and inputs.plan.receivers is not None:  # else all surfaces get all rays
@@ -243,6 +243,14 @@ def decide_perez(inputs):
     reason = "no inclined surface counts" if by_scene else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(PEREZ, False, "isotropic sky", reason + words, bound)
+
+
+def sky_of_surfaces(request, surfaces):
+    """Model of the sky that these surfaces call for, or that is asked for: str."""
+    asked = request.effects.get(PEREZ)
+    if asked is None and request.sky == "auto":
+        asked = np.asarray(surfaces.area)[surfaces_that_count(surfaces)].sum() > 0
+    return PEREZ if asked or (asked is None and request.sky == PEREZ) else "isotropic"
 
 
 def surfaces_that_count(surfaces):

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..city.scene import corners_of
+from ..effects.beyond_scene import sky_of_surfaces
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
@@ -27,7 +28,7 @@ from .editable_city import EditableCity, prepare_decided
 from .form_factors import Rows, leave_rows
 from .measure_cover import find_cover
 from .prepare_scene import build_tree
-from .trace_gather import trace_light
+from .trace_gather import BaseTooSmallError, trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 
 MATCHING, STAGE = "comparing patches", "comparing rays"
@@ -92,19 +93,22 @@ def edit_light(base, scene, progress=silent, *, request=None, preview=None):
     Returns
     -------
     EditableCity
-        Its plan, suns and number of reflections are those of the base.
+        Its plan, suns and number of reflections are those of the base, as long as these are enough for it.
 
     Raises
     ------
     CancelledError
     InputError
-        The base was interrupted, or the scene has another site.
+        The base was interrupted, the scene has another site, or asks for another sky or for more reflections.
     """
     if base.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
     if scene.site != base.scene.site:
         raise InputError("the edited city", "it has another place on Earth or origin", "build it with the base's site")
     request = request or base.request
+    sky, has = sky_of_surfaces(request, scene.surfaces), base.decisions.plan["sky"]
+    if sky != has:
+        raise BaseTooSmallError(f"asks for the {sky} sky, the {has} one was traced", {"sky": sky})
     prepared = prepare_decided(base.decisions, scene, request, progress)
     progress(MATCHING, 0, len(prepared.patches), "patches")
     prepared = build_tree(prepared, request)

@@ -11,6 +11,7 @@ from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import Clock
+from ..settings.request import option_of
 from ..sun.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
@@ -29,6 +30,25 @@ from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_inter
 SUNS = "suns"  # the name of their light, summed by their weights
 SKIES = "reflections of the sky"  # stage
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
+
+
+class BaseTooSmallError(InputError):
+    """An edited city needs light that the base of its edit does not have.
+
+    Parameters
+    ----------
+    problem : str
+    settings : dict
+        With which the base would have it.
+    """
+
+    def __init__(self, problem, settings):
+        options = " ".join(f"{option_of(name)} {value}" for name, value in settings.items())
+        super().__init__("the edited city", problem, f"trace the city before the edit again with {options}")
+        self.settings = settings
+
+    def __reduce__(self):
+        return type(self), (self.problem, self.settings)
 
 
 @dataclass
@@ -116,9 +136,13 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain), known), None
-    if plan.reflections and not context.bounces:
-        context.bounces, left = choose_bounces(prepared, context, traced[0], task)
+    if plan.reflections and not plan.max_bounces and (known or not context.bounces):
+        asked, left = choose_bounces(prepared, context, traced[0], task)
         clock.lap("number of reflections")
+        if known and asked > context.bounces:
+            words = f"asks for {asked} reflections, {context.bounces} were traced"
+            raise BaseTooSmallError(words, {"max_bounces": asked})
+        left, context.bounces = (None, context.bounces) if known else (left, asked)
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
     lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
     if known and known.preview:

@@ -1,6 +1,7 @@
 """Variants of a city from its kept rays: the results of a run of the edited city."""
 
 import runpy
+import shlex
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -172,3 +173,46 @@ def test_local_trees_and_buildings_stand_by_the_origin(folder):
     expected = np.array(site.origin) + np.array([*east, 0.0])
     assert placed.trees[0].place == pytest.approx(expected, abs=1e-6)
     assert np.linalg.norm(placed.points - expected, axis=1).min() < 1e-6
+
+
+def test_a_city_that_asks_for_more_than_its_base_has_is_refused_with_a_command_that_helps(tmp_path, monkeypatch, capfd):
+    """Two blocks beside a street get white: light is reflected more often. With the command a variant equals a run."""
+    monkeypatch.chdir(tmp_path)
+    write_gml(tmp_path / "street.gml", house("a", (0, 0), (30, 10, 15)) + house("b", (0, 16), (30, 10, 15)))
+    assert main(["simulate", "street.gml", "--out", "the base", *OPTIONS, "--quiet", "--editable"]) == 0
+    edit = ["variant", "the base", "--albedo-of", "a=0.9", "b=0.9", "--out", "white", "--quiet"]
+    capfd.readouterr()
+    assert main(edit) == 2
+    told = capfd.readouterr().err
+    assert told.count("\n") == 1 and "asks for" in told and not (tmp_path / "white").exists()
+    program, *command = shlex.split(told[told.index("citypv simulate") :])
+    assert program == "citypv" and main([*command, "--quiet"]) == 0
+    assert main(edit) == 0
+    Path("white.csv").write_text("surface,albedo\nfacade,0.9\nroof,0.9\ndownward,0.9\n", encoding="utf-8")
+    bounces = ["--max-bounces", command[command.index("--max-bounces") + 1], "--site-of", "the base"]
+    assert main(["simulate", "street.gml", "--out", "full", *OPTIONS, *bounces, "--albedo-file", "white.csv"]) == 0
+    found, expected = (citypv.read_results(name).summary["totals"]["mwh_per_year"] for name in ("white", "full"))
+    assert found == pytest.approx(expected, rel=1e-5)
+
+
+def write_box(path, east, width, height):
+    """An OBJ of a box with a level roof: its path."""
+    corners = [(east + x, y, z) for z in (0, height) for x, y in ((0, 0), (width, 0), (width, width), (0, width))]
+    faces = ("4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8")
+    lines = ["o " + path.stem, *(f"v {x} {y} {z}" for x, y, z in corners), *(f"f {face}" for face in faces)]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return str(path)
+
+
+def test_a_base_of_another_sky_is_refused(tmp_path, monkeypatch, capfd):
+    """Where only level roofs count the sky is even; a house whose walls count calls for that of Perez."""
+    monkeypatch.chdir(tmp_path)
+    low, high = write_box(tmp_path / "low.obj", 0, 20, 0.3), write_box(tmp_path / "high.obj", 30, 10, 12)
+    made = ["simulate", low, "--latitude", "50", "--longitude", "10", "--out", "base", *OPTIONS, "--editable"]
+    assert main([*made, "--quiet"]) == 0
+    assert citypv.read_results("base").summary["sky"] == "isotropic"
+    capfd.readouterr()
+    assert main(["variant", "base", "--add", high, "--out", "out", "--quiet"]) == 2
+    told = capfd.readouterr().err
+    assert "asks for the perez sky" in told and "--sky perez" in told
+    assert told.rstrip().endswith("--out base --overwrite --editable")
