@@ -64,6 +64,10 @@ def measure_effects(inputs, progress=silent):
             found[key].append((planned, trace_light(other, square, suns, pair)))
     traced = traced_patches(inputs.prepared)
     part_of_all = float(square[traced].mean()) if traced.any() else 1.0
+    if part_of_all < 1:
+        where = f"of a square in the middle of the city, {part_of_all:.1%} of its patches"
+        words = "± tells how surfaces of the square differ; denser or sparser districts may differ by more"
+        plan.notes.append(f"What effects contribute is that {where}: {words}. Two runs of the whole city tell its own")
     more = np.array([1.0, len(inputs.prepared.suns) / len(suns)]) / part_of_all / usable_threads(request.threads)
     for key, pairs in found.items():
         effect = plan[key]
