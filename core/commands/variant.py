@@ -13,7 +13,7 @@ from ..city.edit_city import Change, edit_city, place_local, system_of
 from ..light.difference import errors_of_difference
 from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
-from ..light.trace_gather import BaseTooSmallError
+from ..light.prepare_scene import BaseTooSmallError
 from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table

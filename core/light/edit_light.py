@@ -27,8 +27,8 @@ from .compare_cities import match_patches, name_trees, pass_boxes, rays_through
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import Rows, leave_rows
 from .measure_cover import find_cover
-from .prepare_scene import build_tree
-from .trace_gather import BaseTooSmallError, trace_light
+from .prepare_scene import BaseTooSmallError, build_tree
+from .trace_gather import trace_light
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 
 MATCHING, STAGE = "comparing patches", "comparing rays"

@@ -11,14 +11,13 @@ from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import Clock
-from ..settings.request import option_of
 from ..sun.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
 from .kept_matrix import cover_of_surfaces
 from .measure_cover import average_room, list_clearances, measure_room_of_patches
-from .prepare_scene import PreparedScene, check_tracing, prepare_scene
+from .prepare_scene import BaseTooSmallError, PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
@@ -30,25 +29,6 @@ from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_inter
 SUNS = "suns"  # the name of their light, summed by their weights
 SKIES = "reflections of the sky"  # stage
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
-
-
-class BaseTooSmallError(InputError):
-    """An edited city needs light that the base of its edit does not have.
-
-    Parameters
-    ----------
-    problem : str
-    settings : dict
-        With which the base would have it.
-    """
-
-    def __init__(self, problem, settings):
-        options = " ".join(f"{option_of(name)} {value}" for name, value in settings.items())
-        super().__init__("the edited city", problem, f"trace the city before the edit again with {options}")
-        self.settings = settings
-
-    def __reduce__(self):
-        return type(self), (self.problem, self.settings)
 
 
 @dataclass
