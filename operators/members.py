@@ -143,6 +143,11 @@ def describe_design(city, lineage=None, seen=None):
     return digest.hexdigest()
 
 
+def describe_edited(city):
+    """Digest of a city as it is seen at the moment, with what was edited in its own mesh: str."""
+    return describe_design(city, next_lineage(city) if city.get(RESHAPED) else None)
+
+
 def removed_of(city):
     """Ids of the buildings of the files that are left out: set of str."""
     return set(filter(None, city.get(REMOVED, "").split("\n")))

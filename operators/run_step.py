@@ -13,6 +13,7 @@ from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
 from ..core.settings.request import declared_settings, option_of
 from .check_libraries import FAILURES, describe_cure, name_libraries
+from .city.build_meshes import renew_holders
 from .job import Job
 from .session import find_city, find_session
 
@@ -62,6 +63,7 @@ class Action:
 
     def execute(self, context):
         """Act, and redraw panels and views."""
+        renew_holders()
         try:
             told = self.act(context, *find_city(context.scene))
         except InputError as error:
@@ -83,7 +85,10 @@ class Step:
     modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
     of use by itself (the suns that were traced), or changes nothing. Work ends at its next report, which may be far in
     a large city. After Esc twice the step ends at once and changes nothing in any case: so `work` must not change what
-    others see.
+    others see, a Session least of all.
+
+    Between two of these calls the user may undo, delete or open anything: what they hand on holds nothing of Blender's
+    data, which may be freed by then (a reference to it crashes), but names, numbers and `session_uid`s.
     """
 
     bl_options = {"REGISTER", "UNDO"}
@@ -93,6 +98,13 @@ class Step:
     watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`; `prepare` sets those of its task where they are not always the same
     kept = ()  # what is shown so far, in words: it stays where the step is cancelled
+
+    def is_wanted(self, context):
+        """Whether what the work is for is still there as it was; else the step ends, and changes nothing."""
+        return True
+
+    def drop(self):
+        """Forget the step, as what it is for is no longer wanted."""
 
     def refine(self, context):
         """Show what the work has found so far, in Blender's thread, while it goes on."""
@@ -138,7 +150,11 @@ class Step:
         redraw_panels(context)
         try:
             with in_scene(context, self._scene):
-                self.refine(context)
+                if self.is_wanted(context):
+                    self.refine(context)
+                else:
+                    self._job.cancel(drop=True)
+                    self.drop()
         except InputError as problem:  # the user may have deleted what the step works on
             self._job.cancel(drop=True)
             refuse(self, problem)

@@ -79,6 +79,15 @@ def close_sessions(*_):
     _sessions.clear()
 
 
+def find_objects(uids):
+    """Objects of the open file by their `session_uid`, which undo keeps: dict; those that are gone are left out.
+
+    Work that goes on between two calls of Blender keeps these numbers: undo, deleting and opening a file free objects.
+    """
+    wanted = set(uids)
+    return {item.session_uid: item for item in bpy.data.objects if item.session_uid in wanted}
+
+
 def find_city(scene):
     """Find the city that the panel works on, and its ground.
 

@@ -7,6 +7,7 @@
 """
 
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from numba import njit
@@ -16,6 +17,7 @@ LAYERS = np.array([1 / 4, 1.0])  # of the city's height, where they end; the las
 AROUND = 1.0  # [m] around each patch in which it looks for faces that touch it, or leave it no room
 SIDE, MOST_BOXES = 10.0, 1 << 10  # [m] of the squares by which boxes of edits are told apart, and their number
 ROUNDING = 0.01  # [m] around what is edited
+_writing = Lock()  # held while bits are set: rays of one surface come from several threads
 
 
 @dataclass
@@ -42,7 +44,8 @@ class Trail:
         """
         rays = tuple(np.ascontiguousarray(part.T, np.float32) for part in rays)
         places = tuple(np.ascontiguousarray(part) for part in places)
-        pass_squares((owner, *rays), (*shapes, *places), tuple(vars(self).values()))
+        with _writing:
+            pass_squares((owner, *rays), (*shapes, *places), tuple(vars(self).values()))
 
     def passing(self, boxes):
         """Patches with rays that pass any of some boxes, (b, 2, 3) [m]: (p,) bool."""

@@ -9,6 +9,7 @@ from ..session import find_city
 
 COLLECTION = "CityPV"
 BUILDINGS = PREFIX + "buildings"  # property of a city: names of its buildings, in file order
+TURN = PREFIX + "turn"  # property of what holds cities, of `renew_holders`
 
 
 def build_meshes(scene, name="City"):
@@ -83,6 +84,19 @@ def show_objects(stage, *items):
         stage.collection.children.link(target)
     for item in filter(None, items):
         target.objects.link(item)
+
+
+def renew_holders():
+    """Change what holds the objects of cities, so that undo reads it anew.
+
+    Undo keeps an ID that is the same in the last two steps as it is now. Cities are replaced between steps (by what a
+    step shows while it runs, by an update): a scene or collection kept so would hold objects that undo has freed, and
+    Blender crashes. So these must differ from step to step: this is called in between.
+    """
+    group = bpy.data.collections.get(COLLECTION)
+    if group is not None:
+        for holder in (group, *bpy.data.scenes):
+            holder[TURN] = (holder.get(TURN, 0) + 1) % 2**30
 
 
 def remove_objects(*items):

@@ -26,7 +26,7 @@ from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..run_step import OfCity, Step, leave_edit_mode
-from ..session import Session, find_city, find_own_city, find_session, open_session
+from ..session import Session, find_city, find_objects, find_own_city, find_session, open_session
 from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_materials import remember_materials
 from .read_settings import ASKED, STEPS, read_settings, remember_step
@@ -112,7 +112,8 @@ def show_kinds(context, before, session, findings, seen=None):
     if seen is not None:
         item[LINEAGE] = seen.lineage
         item[DESIGN] = describe_design(item) if same else seen.design
-        remember_wearers(item, seen.taken)
+        there = find_objects(uid for uid, _ in seen.taken)
+        remember_wearers(item, [(there[uid], building) for uid, building in seen.taken if uid in there])
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)

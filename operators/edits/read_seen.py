@@ -37,7 +37,7 @@ class Seen:
     site: object  # core.city.scene.Site of its mesh
     removed: set  # ids of its buildings that are left out
     content: FileContent | None  # of objects
-    taken: list  # of (object, name of its building), of `read_meshes`
+    taken: list  # of (`session_uid` of an object, name of its building), of `read_meshes`
     reshaped: tuple | None  # of `read_reshaped`
 
     def make(self):
@@ -87,7 +87,7 @@ def read_seen(context, city, session):
         site_of(city),
         removed_of(city) - originals,
         content,
-        taken + [(item, name) for item, name in seen.items() if name in originals],
+        taken + [(item.session_uid, name) for item, name in seen.items() if name in originals],
         read_reshaped(city, session) if reshaped else None,
     )
 

@@ -14,6 +14,7 @@ from ..city.read_settings import read_settings
 from ..in_place import is_single
 from ..members import name_faces
 from ..run_step import Step, leave_edit_mode
+from ..session import find_objects
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
 TREE_COLLECTIONS = ("tree", "trees", "vegetation")
@@ -46,7 +47,11 @@ class TakeMeshes(Step, bpy.types.Operator):
 
     def finish(self, context, result):
         """Show the city; the objects stay as they are."""
-        return show_import(context, *result)
+        *imported, taken = result
+        there = find_objects(uid for uid, _ in taken)
+        if len(there) < len(taken):
+            raise InputError("Objects", "some were deleted while they were read", "take the meshes again")
+        return show_import(context, *imported, [(there[uid], building) for uid, building in taken])
 
 
 def find_items(context):
@@ -86,8 +91,8 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     Returns
     -------
     content : FileContent
-    taken : list of (bpy.types.Object, str)
-        What was read, with the name of its building, "" where the faces are not those of its mesh.
+    taken : list of (int, str)
+        `session_uid` of what was read, with the name of its building, "" where the faces are not those of its mesh.
 
     Raises
     ------
@@ -130,7 +135,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
             content.skip("no mesh: convert it to one", item.name)
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
-    return content, sorted(own.items(), key=lambda pair: pair[0].name)
+    return content, [(item.session_uid, own[item]) for item in sorted(own, key=lambda item: item.name)]
 
 
 def is_tree(item):

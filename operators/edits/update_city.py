@@ -9,13 +9,13 @@ from ..attributes import CHANGE, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import read_settings
 from ..light.trace_city import keep_light
-from ..members import REDESIGNED, can_update, check_unedited, has_edits, hinders_update
+from ..members import REDESIGNED, can_update, check_unedited, describe_edited, has_edits, hinders_update
 from ..picture.build_legend import PREVIEW
 from ..picture.show_result import find_before, show_result
 from ..result.compare_results import KeepBefore, values_of_surfaces
 from ..result.compute_energy import WeighEnergy
 from ..run_step import OfCity, Step, leave_edit_mode, redraw_panels
-from ..session import Session, find_city, find_own_city, find_session, find_state
+from ..session import Session, find_city, find_own_city, find_session, find_state, list_cities
 from .read_seen import read_seen
 
 BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
@@ -29,7 +29,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
     bl_options = set()  # it is no step of undo: undo takes back the edit
     stages = {"building the scene": 5, "comparing rays": 7, "sky and reflections": 3, "reflections of the sky": 4}
     stages |= {"annual light of the suns": 1, "suns": 9, "electricity": 3}
-    tried = None  # state of the city that was computed last
+    tried = None  # state of the city that was asked for last, until it is computed or the city is another one
 
     @classmethod
     def poll(cls, context):
@@ -48,7 +48,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         seen, request = read_seen(context, city, session), read_settings(context.scene.citypv)
         UpdateCity.tried = state = seen.design, repr(request)
         before = find_session(find_before(context.scene, city)) or session
-        self._found, self._shown = SimpleQueue(), session
+        self._found, self._shown, self._asked = SimpleQueue(), session, seen.design
         return session, seen, request, state, find_state(state), before.base, self._found
 
     @staticmethod
@@ -75,18 +75,28 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             findings = list_findings(scene, edited.transfer.covered_share)
             traced = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = traced, WeighEnergy.work((known, None, request), progress)
-        known.change = tell_errors(before, known, known.told[1][1], request)
-        return session, seen, known
+        return seen, known, tell_errors(before, known, known.told[1][2], request)
 
     def modal(self, context, event):
         """Wait until the user has finished a newer edit: it may need nothing of this one."""
         ended = event.type == "TIMER" and not self._job.is_alive()
         return {"PASS_THROUGH"} if ended and is_editing(context) else super().modal(context, event)
 
+    def is_wanted(self, context):
+        """Whether the city is seen as it was asked for: an edit that was undone, or a newer one, asks for another."""
+        if is_editing(context):  # it may come back to what it was
+            return True
+        own = [city for city in list_cities(context.scene) if find_session(city) is self._shown]
+        return bool(own) and describe_edited(own[0]) == self._asked
+
+    def drop(self):
+        """Forget that it was tried: redo may ask for it again."""
+        UpdateCity.tried = None
+
     def refine(self, context):
         """Show the hours estimated from the annual light."""
-        undone = find_session(find_city(context.scene)[0]) is not self._shown
-        if self._found.empty() or undone or is_editing(context):
+        switched = find_session(find_city(context.scene)[0]) is not self._shown
+        if self._found.empty() or switched or is_editing(context):
             return
         draft, seen, hours = self._found.get()
         city, ground = find_own_city(context.scene, self._shown)
@@ -110,7 +120,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     def finish(self, context, result):
         """Keep the result before the first edit, and show the edited city with what it gains or loses."""
-        _, seen, known = result
+        seen, known, known.change = result
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
         traced, (_, *energy) = known.told

@@ -8,10 +8,11 @@ from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX
+from ..city.build_meshes import renew_holders
 from ..city.read_settings import read_settings
 from ..in_place import is_seen
 from ..light.keep_transfer import keep_transfers
-from ..members import RESHAPED, can_update, describe_design, has_edits, hinders_update, next_lineage, note_edits
+from ..members import can_update, describe_edited, has_edits, hinders_update, note_edits
 from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
 from ..run_step import Step
@@ -33,6 +34,7 @@ def follow_undo(scene, *_):
 @persistent
 def follow_edits(scene, graph):
     """Mark the cities that were edited, and unmark those whose edit was undone."""
+    renew_holders()
     if graph.id_type_updated("OBJECT"):
         # A copy of a whole scene has copies of its cities, too.
         cities = {city for one in bpy.data.scenes for city in list_cities(one)}
@@ -58,7 +60,7 @@ def find_work():
             settings = read_settings(scene.citypv)
         except InputError:  # a file of the settings is missing: the step that needs it tells
             continue
-        state = describe_design(city, next_lineage(city) if city.get(RESHAPED) else None), repr(settings)
+        state = describe_edited(city), repr(settings)
         if scene.citypv_seeing.live or find_state(state) is not None:
             return window, state
     return None
@@ -67,7 +69,10 @@ def find_work():
 @persistent
 def watch():
     """Update what was edited once the edit is finished; a newer edit cancels the computation of an older one."""
+    renew_holders()
     found = find_work()
+    if found is None and Step.current is None:  # undone: the same edit, made again, is tried again
+        UpdateCity.tried = None
     if found is None or UpdateCity.tried == found[1]:
         return TICK
     window, _ = found

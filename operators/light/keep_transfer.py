@@ -1,6 +1,7 @@
 """Keep traced light beside the .blend: written when the file is saved, found again when it is opened."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -78,7 +79,13 @@ import and trace again"
 
 
 def weigh(session, path, request, progress=silent):
-    """Weather and energy of a session; where the file was opened since, its light is read first, from its file.
+    """Light of a session, read from its file where that was opened since, and its weather and energy.
+
+    Returns
+    -------
+    transfer : core.light.transfer.Transfer
+    weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
 
     Raises
     ------
@@ -89,18 +96,25 @@ def weigh(session, path, request, progress=silent):
     from ...core.study import check_settings, compute_energy, read_year
 
     check_settings(request)
-    if session.transfer is None:
-        session.transfer = read_transfer(path)
+    transfer = read_transfer(path) if session.transfer is None else session.transfer
     progress("reading weather", 0, 1, "years")
-    weather = read_year(session.transfer.site, request, session.transfer.suns, (folder_of_answers(),))
-    return weather, compute_energy(session.transfer, weather, request, progress)
+    weather = read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
+    return transfer, weather, compute_energy(transfer, weather, request, progress)
 
 
-def keep_energy(session, path, request, progress=silent):
-    """Bring the energy into a session that has none, and the light, where the file was opened since: as of `weigh`."""
-    if session.energy is None:
-        session.weather, session.energy = weigh(session, path, request, progress)
-        session.request = request
+def with_energy(session, path, request, progress=silent):
+    """A session as it is if it has its energy, else a copy that has it, as of `weigh`; `keep_energy` keeps it."""
+    if session.energy is not None:
+        return session
+    transfer, weather, energy = weigh(session, path, request, progress)
+    return replace(session, transfer=transfer, weather=weather, energy=energy, request=request)
+
+
+def keep_energy(session, weighed):
+    """Keep in a session, in Blender's thread, what a copy of it has of `with_energy`."""
+    if weighed is not session:
+        for name in ("transfer", "weather", "energy", "request"):
+            setattr(session, name, getattr(weighed, name))
 
 
 class OfTransfer:

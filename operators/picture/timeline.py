@@ -10,7 +10,7 @@ from mathutils import Vector
 from ..attributes import PREFIX, read_face_attribute, remove_face_attributes, write_results, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
 from ..in_place import is_in_place
-from ..light.keep_transfer import OfTransfer, keep_energy
+from ..light.keep_transfer import OfTransfer, keep_energy, with_energy
 from ..run_step import Action, Step
 from ..session import find_city, find_own_city, find_session
 from .build_legend import MOMENT
@@ -42,20 +42,21 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         from ...core.results.colour_map import choose_range
 
         session, kept, request = task
-        keep_energy(session, kept, request, progress)
+        weighed = with_energy(session, kept, request, progress)
         progress("hours of the months", 0, 1, "months")
-        timeline = build_timeline(session.transfer, session.weather, session.energy, build_system(session.request))
+        timeline = build_timeline(weighed.transfer, weighed.weather, weighed.energy, build_system(weighed.request))
         # The scales of all moments together end where the brightest hour's and the best month's do.
         light = timeline.relative * timeline.dni[:, None].astype("float32")
         best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]
-        area = session.transfer.surfaces.area
+        area = weighed.transfer.surfaces.area
         ends = [choose_range(values, area)[1] for values in (light[light.mean(axis=1).argmax()], best)]
-        return session, timeline, ends
+        return session, weighed, timeline, ends
 
     def finish(self, context, result):
         """Set the range of frames, keeping the user's frames and world, and show the first moment."""
-        session, timeline, ends = result
+        session, weighed, timeline, ends = result
         city, ground = find_own_city(context.scene, session)
+        keep_energy(session, weighed)
         write_results(city, ground, session.transfer, session.energy)
         session.timeline = session.energy, timeline
         for name, end in zip(TIMED, ends, strict=True):

@@ -36,19 +36,19 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         from ...core.weather.weather import describe_distance
 
         session, kept, request = task
-        weather, energy = weigh(session, kept, request, progress)
-        transfer, system = session.transfer, build_system(request)
+        transfer, weather, energy = weigh(session, kept, request, progress)
+        system = build_system(request)
         kwp = kwp_of_hours(np.asarray(transfer.surfaces.area), energy, system)
         told = {"place": describe_distance(weather, transfer.site), "whole": sum_totals(transfer, energy, system)}
         told["buildings"] = sum_buildings(transfer, energy, system, weather)
-        return session, weather, energy, request, (told, kwp, seconds_to_halve(transfer, weather, energy))
+        return session, transfer, weather, energy, request, (told, kwp, seconds_to_halve(transfer, weather, energy))
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, request, (told, kwp, seconds) = result
+        session, transfer, weather, energy, request, (told, kwp, seconds) = result
         city, ground = find_own_city(context.scene, session)
-        write_results(city, ground, session.transfer, energy)
-        session.weather, session.energy, session.request = weather, energy, request
+        write_results(city, ground, transfer, energy)
+        session.transfer, session.weather, session.energy, session.request = transfer, weather, energy, request
         write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
         text = summarise_energy(city, weather, energy, **told)
         city[KWP] = kwp.tolist()

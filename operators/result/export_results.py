@@ -10,7 +10,7 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..light.keep_transfer import OfEnergy, keep_energy
+from ..light.keep_transfer import OfEnergy, keep_energy, with_energy
 from ..members import VARIANT
 from ..picture.show_result import find_before
 from ..run_step import Step, refuse
@@ -87,19 +87,20 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def work(task, progress):
         """Write it."""
         session, kept, name, path, compared = task
-        keep_energy(session, *kept, progress)
+        weighed = with_energy(session, *kept, progress)
         try:
             if name in COMPARED:
-                write_comparison(session, *compared, COMPARED[name], path)
+                write_comparison(weighed, *compared, COMPARED[name], path)
             else:
-                write_results(session, name, path, progress)
+                write_results(weighed, name, path, progress)
         except OSError as error:
             raise InputError(path, f"cannot be written ({error.strerror})", "choose another place") from error
-        return name, path
+        return session, weighed, name, path
 
     def finish(self, context, result):
-        """Say where; open the page."""
-        name, path = result
+        """Keep the energy, and say where the file is; open the page."""
+        session, weighed, name, path = result
+        keep_energy(session, weighed)
         if name in ("report", "comparison") and not bpy.app.background:
             bpy.ops.wm.url_open(url=path.as_uri())
         return f"Written: {path}"

@@ -11,7 +11,7 @@ from mathutils.bvhtree import BVHTree
 from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
 from ..in_place import list_taken
-from ..light.keep_transfer import OfEnergy, keep_energy
+from ..light.keep_transfer import OfEnergy, keep_energy, with_energy
 from ..run_step import Action, leave_edit_mode, list_views
 from ..session import find_city
 from .select_faces import gather_selection, select_faces
@@ -59,7 +59,7 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         """Select the surfaces, and store what they yield on the city."""
         session, *kept = self.prepare(context)
         selected = gather_selection(context, city)
-        keep_energy(session, *kept)
+        keep_energy(session, with_energy(session, *kept))
         surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
         if self.face >= len(surface):
             raise InputError(city.name, f"it has no face {self.face}", f"give 0 to {len(surface) - 1}")

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import bpy
@@ -12,10 +13,14 @@ from steps import here, run, session_here
 from citypv.core.city.join_contents import JOINING
 from citypv.core.light import sun_blocks
 from citypv.core.read.read_city import READING
-from citypv.core.settings.progress import CancelledError
+from citypv.core.results.transfer_file import write_transfer
+from citypv.core.settings.progress import CancelledError, silent
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import read_settings
 from citypv.operators.job import Job
+from citypv.operators.picture.timeline import StartTimeline
+from citypv.operators.result.compute_energy import WeighEnergy
 from citypv.operators.result.export_results import ExportResults
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_session
@@ -129,6 +134,22 @@ def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
     assert step._job.is_alive() and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
     going.set()
     step._job.join()
+
+
+@pytest.mark.parametrize("name", ["export", "timeline", "energy"])
+def test_work_that_goes_on_after_escape_twice_changes_no_session(traced, tmp_path, name):
+    """What it reads and weighs in its thread is kept in Blender's, once it is finished: a session may be another's."""
+    session, kept = session_here(), tmp_path / "light.nc"
+    write_transfer(kept, session.transfer)
+    session.transfer = session.weather = session.energy = None
+    before, request = replace(session), read_settings(bpy.context.scene.citypv)
+    if name == "export":
+        path = tmp_path / "faces.csv"
+        ExportResults.work((session, (kept, request), "faces", path, (None, [])), silent)
+        assert len(path.read_text("utf-8").splitlines()) > len(session.scene.surfaces)
+    else:
+        {"timeline": StartTimeline, "energy": WeighEnergy}[name].work((session, kept, request), silent)
+    assert vars(session) == vars(before)
 
 
 # -- cancelled while files are read: nothing is there that was not there before --
