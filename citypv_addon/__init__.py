@@ -12,6 +12,7 @@ from ..operators.check_libraries import check_libraries
 from ..operators.city.read_settings import find_preferences, use_cache_folder
 from ..operators.edits.watch_edits import HANDLERS, TICK, watch
 from ..operators.picture.draw_view import DRAWN
+from ..operators.run_step import Step, leave_step
 from ..operators.session import close_sessions
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
@@ -56,6 +57,9 @@ def unregister():
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return
+    if Step.current is not None:  # its work ends at its next report, and nobody hears of it
+        Step.current.cancel(drop=True)
+    leave_step(bpy.context)
     while _drawn:
         bpy.types.SpaceView3D.draw_handler_remove(_drawn.pop(), "WINDOW")
     if bpy.app.timers.is_registered(watch):

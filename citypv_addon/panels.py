@@ -7,7 +7,7 @@ from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_pa
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import ASKED_BY_KEY, STEPS, state_of_step
 from ..operators.light.keep_transfer import describe_missing
-from ..operators.members import describe_edit
+from ..operators.members import describe_edit, is_from_file
 from ..operators.picture.build_legend import MOMENT, PREVIEW
 from ..operators.picture.show_result import find_before, has_result
 from ..operators.picture.timeline import FRAMES
@@ -77,7 +77,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
         missing = describe_missing(city)
         draw_told(self.layout, missing, "ERROR")
-        if missing:
+        if missing or (edit and is_from_file(city)):
             self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
         draw_cities(self.layout, context)
 

@@ -44,8 +44,8 @@ def put_in_place(city, site):
 def list_taken(city):
     """Objects that show a city and still exist: list of (number, object, building)."""
     there = {item for scene in city.users_scene for item in scene.objects}
-    numbers = city.get(TAKEN) or city.get(WEARERS) or {}
-    return [(int(number), item, city[BUILDINGS][int(number)]) for number, item in numbers.items() if item in there]
+    numbers, names = city.get(TAKEN) or city.get(WEARERS) or {}, list(city.get(BUILDINGS, ()))
+    return [(int(number), item, names[int(number)]) for number, item in numbers.items() if item in there]
 
 
 def list_worn(city):

@@ -6,27 +6,18 @@ computed for.
 
 import hashlib
 import uuid
-from collections import Counter
 
 import bpy
-import numpy as np
 
-from ..core.city.city import whole_of_cell
 from ..core.settings.errors import InputError
-from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
+from .attributes import PREFIX
 from .in_place import (
     ADDED,
     BESIDE,
-    BUILDINGS,
-    FACE,
     IDENTITY,
-    MASK,
-    OBJECT,
     OF_OBJECTS,
     OWNER,
-    TAKEN,
     TAKEN_FROM,
-    WEARERS,
     is_in_place,
     is_seen,
     list_beside,
@@ -34,6 +25,7 @@ from .in_place import (
 )
 from .run_step import redraw_panels
 from .session import find_session
+from .shapes import describe_ground, describe_mesh, describe_object
 
 # Properties of a city.
 LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
@@ -46,9 +38,9 @@ OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, RED
 # Properties of an object of the user.
 PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
 BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object
-POLYGONS = PREFIX + "polygons"  # ids of the polygons that it was made of; a face attribute has their numbers
 ORIGINAL = PREFIX + "original"  # digest of the shape in which it was made of a building of the files
-POLYGON = "polygon"
+_known = {}  # (`session_uid`, place of its city) of objects -> digest, until they are edited
+_parts = {}  # `session_uid` of a city -> list of (key of `_known`, name, of `read_original`) of all that is seen of it
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
 
 
@@ -88,7 +80,41 @@ def note_edits(city, *, own=True):
         note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
         now, laid = describe_ground(city), city.get(GROUND)
         note_change(city, RELAID, bool(now and laid and now not in laid))
-    note_change(city, REDESIGNED, describe_design(city) != city[DESIGN])
+    seen, place = list_seen(city), place_of(city)
+    note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
+    if not any(item.instance_collection for item in seen):
+        _parts[city.session_uid] = [((i.session_uid, place), name, read_original(i, name)) for i, name in seen.items()]
+
+
+def note_touched(city, touched):
+    """Note edits of single objects, where nothing else has changed: as `note_edits`, without looking at all others.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    touched : set of bpy.types.ID
+        Moved, or with another shape.
+
+    Returns
+    -------
+    bool
+        Whether that was enough.
+    """
+    if not is_seen(city):
+        return True
+    objects = [one for one in touched if one.id_type == "OBJECT"]
+    ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
+    if parts is None or city in objects or ground in objects or any(item.mode == "EDIT" for item in objects):
+        return False
+    place, keys = place_of(city), {key for key, *_ in parts}
+    for item in objects:
+        if (item.session_uid, place) in keys:
+            _known[item.session_uid, place] = describe_object(city, item)
+    if not all(key in _known for key in keys):
+        return False
+    known = [(name, _known[key], original) for key, name, original in parts]
+    note_change(city, REDESIGNED, digest_parts(city, None, known) != city[DESIGN])
+    return True
 
 
 def note_change(city, key, value):
@@ -113,16 +139,17 @@ def list_members(city):
 
 def list_seen(city):
     """Of these, those that are seen, with the names of their buildings: dict of object to str."""
-    layer, names = city.users_scene[0].view_layers[0] if city.users_scene else None, {}
+    layer, names, used = city.users_scene[0].view_layers[0] if city.users_scene else None, {}, set()
     for item in list_members(city):
         if not item.visible_get(view_layer=layer):
             continue
         name = item.get(BUILDING, item.name)
-        names[item] = item.name if name in names.values() else name  # a copy of it is another building
+        names[item] = item.name if name in used else name  # a copy of it is another building
+        used.add(names[item])
     return names
 
 
-def describe_design(city, lineage=None, seen=None):
+def describe_design(city, lineage=None, seen=None, *, known=None):
     """Digest of all that a city consists of: polygons of the files, objects of the user, buildings left out: str.
 
     Parameters
@@ -132,20 +159,60 @@ def describe_design(city, lineage=None, seen=None):
         Of its polygons; by default that which it has.
     seen : dict, optional
         Of `list_seen`.
+    known : dict, optional
+        Digests of objects that were not edited since, of `describe_object`; gets the others.
     """
+    parts, place = [], place_of(city)
+    for item, name in (list_seen(city) if seen is None else seen).items():
+        key = item.session_uid, place
+        if known is None or item.instance_collection or key not in known:
+            described = describe_object(city, item)
+        else:
+            described = known[key]
+        if known is not None:
+            known[key] = described
+        parts.append((name, described, read_original(item, name)))
+    return digest_parts(city, lineage, parts)
+
+
+def place_of(city):
+    """Place that its objects are described from: tuple; empty for a city of meshes."""
+    return () if is_in_place(city) else tuple(city.location)
+
+
+def read_original(item, name):
+    """Digest that an object had as a building of the files: str; "" if it is called otherwise, or none of them."""
+    return item.get(ORIGINAL, "") if item.get(BUILDING) == name else ""
+
+
+def digest_parts(city, lineage, parts):
+    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of `read_original`): str."""
     digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
-    seen = list_seen(city) if seen is None else seen
-    originals = originals_of(city, seen)
-    for item, name in seen.items():
+    originals = {name for name, described, original in parts if original and original == described.hex()}
+    for name, described, _ in parts:
         if name not in originals:
-            digest.update(name.encode() + describe_object(city, item))
+            digest.update(name.encode() + described)
     digest.update(repr(sorted(removed_of(city) - originals)).encode())
     return digest.hexdigest()
 
 
 def describe_edited(city):
     """Digest of a city as it is seen at the moment, with what was edited in its own mesh: str."""
-    return describe_design(city, next_lineage(city) if city.get(RESHAPED) else None)
+    return describe_design(city, next_lineage(city) if city.get(RESHAPED) else None, known=_known)
+
+
+def forget_edited(touched=None):
+    """Forget the digests of the objects that were touched, given as a set of them and their data; without, of all."""
+    if touched is None:
+        _known.clear()
+        _parts.clear()
+        return
+    uids = {one.session_uid for one in touched}
+    data = {one.session_uid for one in touched if one.id_type == "MESH"}
+    if data:
+        uids |= {item.session_uid for item in bpy.data.objects if item.data and item.data.session_uid in data}
+    for key in [key for key in _known if key[0] in uids]:
+        del _known[key]
 
 
 def removed_of(city):
@@ -159,94 +226,9 @@ def originals_of(city, seen):
     return {name for item, name in pairs if item.get(ORIGINAL) == describe_object(city, item).hex()}
 
 
-def describe_object(city, item):
-    """Digest of an object's place and shape: bytes. The place is relative to a city of files."""
-    digest, matrix = hashlib.sha256(), np.array(item.matrix_world)
-    if not is_in_place(city):
-        matrix[:3, 3] -= np.array(city.location)
-    digest.update(matrix.tobytes())
-    digest.update(describe_shape(city, item))
-    for part in item.instance_collection.all_objects if item.instance_collection else ():
-        digest.update(np.array(part.matrix_world).tobytes() + describe_shape(city, part))
-    return digest.digest()
-
-
-def describe_shape(city, item):
-    """Mesh of an object beside a city after the user's modifiers, wherever it stands: bytes."""
-    if item.type != "MESH":
-        return b""
-    if own_modifiers(item) and city.users_scene:
-        item = item.evaluated_get(city.users_scene[0].view_layers[0].depsgraph)
-    return read_array(item.data.vertices, "co", 3).tobytes() + read_corners(item.data).tobytes()
-
-
-def own_modifiers(item):
-    """Modifiers that the user gave to an object: list of bpy.types.Modifier."""
-    return [modifier for modifier in item.modifiers if modifier.name != MASK]
-
-
 def next_lineage(city):
     """Name of the polygons of a city with what was edited in its own mesh: str."""
     return hashlib.sha256((city.get(LINEAGE, "") + describe_mesh(city)).encode()).hexdigest()
-
-
-def describe_mesh(city):
-    """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the sun."""
-    digest = hashlib.sha256()
-    if not is_in_place(city):
-        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + describe_shape(city, city))
-    return digest.hexdigest()
-
-
-def describe_ground(city):
-    """Digest of a city's ground as it lies below the city: str; "" without one in the scene: then no other is seen."""
-    ground = city.get(PREFIX + "ground")
-    if ground is None or not ground.users_scene:
-        return ""
-    place = np.array(ground.matrix_basis).round(4)
-    return hashlib.sha256(place.tobytes() + describe_shape(city, ground)).hexdigest()
-
-
-def name_faces(item, building):
-    """Ids of the surfaces that the faces of an object are: list of str.
-
-    Those that it had in the files, where it was made of a building of them.
-    """
-    names = [f"{building}/{face}" for face in range(len(item.data.polygons))]
-    numbers = read_face_attribute(item.data, POLYGON)
-    if numbers is None or item.get(BUILDING) != building or len(numbers) != len(names):
-        return names
-    kept, count = item.get(POLYGONS, "").split("\n"), Counter()
-    for face, number in enumerate(numbers.tolist()):
-        if 0 <= number < len(kept):
-            count[number] += 1
-            names[face] = kept[number] + (f"~{count[number]}" if count[number] > 1 else "")
-    return names
-
-
-def remember_wearers(city, taken):
-    """Store on a city which objects show it: a list of (object, building), "" for those without faces of their own."""
-    city[TAKEN if is_in_place(city) else WEARERS] = {str(place): item for place, (item, _) in enumerate(taken)}
-    city[BUILDINGS] = [name for _, name in taken]
-
-
-def write_sources(city, surface_id):
-    """Write to the city's faces which face of which object they are: -1 where they are none of an own mesh.
-
-    Parameters
-    ----------
-    city : bpy.types.Object
-    surface_id : list of str
-        Ids of the surfaces, cells and racks included.
-    """
-    place = {}
-    for number, item, building in list_taken(city):
-        if building:
-            place |= {name: (number, face) for face, name in enumerate(name_faces(item, building))}
-    sources = np.array([place.get(whole_of_cell(name), (-1, -1)) for name in surface_id], np.int32).reshape(-1, 2)
-    own = sources[read_face_attribute(city.data, "surface")]
-    write_face_attribute(city.data, OBJECT, own[:, 0])
-    write_face_attribute(city.data, FACE, own[:, 1])
 
 
 def describe_edit(city):
@@ -256,6 +238,8 @@ def describe_edit(city):
     if city.get(RELAID):
         return "its ground was edited", "undo that, or classify again, which lays it anew (other terrain: a file)"
     cure = "press Update" if can_update(city) else "classify and trace the city again"
+    if is_from_file(city):
+        cure = "press Import and trace again, which goes on from its files"
     if city.get(RESHAPED):
         return "its mesh was edited", cure
     return ("objects of it were edited", cure) if city.get(REDESIGNED) else ("", "")
@@ -264,6 +248,11 @@ def describe_edit(city):
 def can_update(city):
     """Whether a city has light that can be edited, so that only the edit has to be traced."""
     return getattr(find_session(city), "base", None) is not None
+
+
+def is_from_file(city):
+    """Whether the .blend was opened since the city was read: its buildings are known from its files again."""
+    return getattr(find_session(city), "city", None) is None
 
 
 def hinders_update(city):

@@ -93,6 +93,7 @@ class Step:
 
     bl_options = {"REGISTER", "UNDO"}
     current = None  # the running job; the panels show it below the button with its title
+    timer = None  # of the window, which calls it
     _job = None  # the work, once it has begun
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
@@ -110,7 +111,11 @@ class Step:
         """Show what the work has found so far, in Blender's thread, while it goes on."""
 
     def execute(self, context):
-        """Run the step and wait for it."""
+        """Run the step and wait for it; where Blender repeats it (Shift R, F9), start it again in the background."""
+        if (self.options.is_repeat or self.options.is_repeat_last) and not bpy.app.background:
+            chosen = {name: read_option(getattr(self, name)) for name in tuple(self.properties.keys())}
+            bpy.app.timers.register(functools.partial(begin_again, self.bl_idname, chosen), first_interval=0.0)
+            return {"CANCELLED"}
         try:
             with name_libraries():
                 result = self.work(self.prepare(context), silent)
@@ -134,7 +139,7 @@ class Step:
         self._scene = context.scene.session_uid
         self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
         Step.current = self._job
-        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        Step.timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
         return {"RUNNING_MODAL"}
@@ -188,10 +193,31 @@ class Step:
             redraw_panels(context, views=True)
 
     def _leave(self, context):
-        Step.current = None
-        context.window_manager.event_timer_remove(self._timer)
+        leave_step(context)
         context.workspace.status_text_set(None)
         redraw_panels(context)
+
+
+def leave_step(context):
+    """Forget the running step, if there is one: as its work has ended, or as Blender no longer calls its operators."""
+    if Step.current is not None:
+        context.window_manager.event_timer_remove(Step.timer)
+    Step.current = Step.timer = None
+
+
+def read_option(value):
+    """Value of an operator's property as `bpy.ops` takes it: collections as lists of dict."""
+    if isinstance(value, bpy.types.bpy_prop_collection):
+        return [{"name": item.name} for item in value]
+    return value
+
+
+def begin_again(name, options):
+    """Start a step by the name of its type, CITYPV_OT_…, in the first window, with these options (a timer's call)."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        operator = getattr(bpy.ops.citypv, name.partition("_OT_")[2])
+        if operator.poll():
+            operator("INVOKE_DEFAULT", **options)
 
 
 class CancelStep(bpy.types.Operator):

@@ -155,6 +155,44 @@ class DropWeather(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class DropSetting:
+    """Base of operators that use a dropped file as a setting; the step that it belongs to shows that it is stale."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: bpy.props.StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    settings = ("", {})  # setting that takes the file, and what others have to be
+
+    def execute(self, context):
+        """Choose the file."""
+        name, others = self.settings
+        for key, value in {name: self.filepath, **others}.items():
+            setattr(context.scene.citypv, key, value)
+        self.report({"INFO"}, f"{self.bl_label}: {Path(self.filepath).name}")
+        return {"FINISHED"}
+
+
+class DropTerrain(DropSetting, bpy.types.Operator):
+    """Use a file of heights as the ground of the city; Classify lays it"""
+
+    bl_idname, bl_label = "citypv.drop_terrain", "Use terrain"
+    settings = ("terrain", {"ground": "terrain"})
+
+
+class DropHorizon(DropSetting, bpy.types.Operator):
+    """Use a file of heights or angles as the distant horizon of the next trace"""
+
+    bl_idname, bl_label = "citypv.drop_horizon", "Use horizon"
+    settings = ("horizon", {})
+
+
+class DropAlbedo(DropSetting, bpy.types.Operator):
+    """Use a table of albedos in the next trace"""
+
+    bl_idname, bl_label = "citypv.drop_albedo", "Use albedo"
+    settings = ("albedo_file", {"albedo_source": "file"})
+
+
 class OverView:
     """Base of what a file may be dropped on: a 3D view."""
 
@@ -176,3 +214,24 @@ class WeatherHandler(OverView, bpy.types.FileHandler):
 
     bl_idname, bl_label = "CITYPV_FH_weather", "Weather (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.drop_weather", ";".join(suffixes_of_weather())
+
+
+class TerrainHandler(OverView, bpy.types.FileHandler):
+    """Dropping heights on a 3D view uses them as the ground of the city."""
+
+    bl_idname, bl_label = "CITYPV_FH_terrain", "Terrain (CityPV)"
+    bl_import_operator, bl_file_extensions = "citypv.drop_terrain", ".tif;.tiff;.asc"
+
+
+class HorizonHandler(OverView, bpy.types.FileHandler):
+    """Dropping heights or angles on a 3D view uses them as the distant horizon."""
+
+    bl_idname, bl_label = "CITYPV_FH_horizon", "Horizon (CityPV)"
+    bl_import_operator, bl_file_extensions = "citypv.drop_horizon", ".tif;.tiff;.asc;.csv"
+
+
+class AlbedoHandler(OverView, bpy.types.FileHandler):
+    """Dropping a table on a 3D view uses it as the albedo of surfaces."""
+
+    bl_idname, bl_label = "CITYPV_FH_albedo", "Albedo (CityPV)"
+    bl_import_operator, bl_file_extensions = "citypv.drop_albedo", ".csv"

@@ -11,22 +11,13 @@ from ..attributes import write_classes
 from ..edits.read_seen import read_seen
 from ..in_place import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
 from ..job import COMPILING, compile_loops
-from ..members import (
-    DESIGN,
-    LINEAGE,
-    OF_CITY,
-    check_unedited,
-    describe_design,
-    has_edits,
-    remember_design,
-    remember_wearers,
-    write_sources,
-)
+from ..members import DESIGN, LINEAGE, OF_CITY, check_unedited, describe_design, has_edits, remember_design
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
 from ..run_step import OfCity, Step, leave_edit_mode
 from ..session import Session, find_city, find_objects, find_own_city, find_session, open_session
+from ..worn_faces import remember_wearers, write_sources
 from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_materials import remember_materials
 from .read_settings import ASKED, STEPS, read_settings, remember_step

@@ -24,12 +24,13 @@ from ..in_place import (
     list_taken,
     put_in_place,
 )
-from ..members import begin_design, remember_wearers, write_sources
+from ..members import begin_design
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_city import show_city
 from ..result.keep_report import FILES, keep_report
 from ..run_step import Step
 from ..session import Session, list_cities, open_session
+from ..worn_faces import remember_wearers, write_sources
 from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_settings import choose_weather, find_preferences, read_path, read_settings, remember_step
 

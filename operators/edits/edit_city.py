@@ -8,23 +8,13 @@ from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute, write_face_attribute
 from ..city.build_meshes import BUILDINGS, suggest_buildings
 from ..in_place import IDENTITY, OWNER, is_in_place, list_taken
-from ..members import (
-    BUILDING,
-    ORIGINAL,
-    POLYGON,
-    POLYGONS,
-    REMOVED,
-    describe_object,
-    list_members,
-    note_edits,
-    remember_wearers,
-    removed_of,
-    write_sources,
-)
+from ..members import BUILDING, ORIGINAL, REMOVED, list_members, note_edits, removed_of
 from ..picture.colour_user_meshes import colour_user_meshes
 from ..result.select_faces import HIGHLIGHT, read_selection
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
+from ..shapes import describe_object
+from ..worn_faces import POLYGON, POLYGONS, remember_wearers, write_sources
 
 
 class EditAction(OfCity, Action):

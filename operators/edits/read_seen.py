@@ -13,16 +13,8 @@ from ...core.settings.errors import InputError
 from ..attributes import read_array, read_corners, read_face_attribute
 from ..city.build_meshes import site_of
 from ..in_place import is_in_place
-from ..members import (
-    LINEAGE,
-    RESHAPED,
-    describe_design,
-    list_seen,
-    next_lineage,
-    originals_of,
-    own_modifiers,
-    removed_of,
-)
+from ..members import LINEAGE, RESHAPED, describe_design, list_seen, next_lineage, originals_of, removed_of
+from ..shapes import own_modifiers
 from .take_meshes import read_meshes
 
 

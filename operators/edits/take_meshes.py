@@ -12,9 +12,9 @@ from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
 from ..in_place import is_single
-from ..members import name_faces
 from ..run_step import Step, leave_edit_mode
 from ..session import find_objects
+from ..worn_faces import name_faces
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
 TREE_COLLECTIONS = ("tree", "trees", "vegetation")
@@ -106,7 +106,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
-        if owner not in chosen or instance.object.type != "MESH":
+        if owner not in chosen or instance.object.type != "MESH" or is_outline(item):
             continue
         met.add(owner)
         if not len(instance.object.data.polygons):
@@ -136,6 +136,11 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
     return content, [(item.session_uid, own[item]) for item in sorted(own, key=lambda item: item.name)]
+
+
+def is_outline(item):
+    """Whether the mesh that Blender makes of an object is no building: that of letters or a curve as such."""
+    return item.type in OTHER_SHAPES and all(modifier.type != "NODES" for modifier in item.modifiers)
 
 
 def is_tree(item):

@@ -11,12 +11,13 @@ from ..attributes import CHANGE, PREFIX
 from ..city.build_meshes import remove_objects
 from ..city.read_settings import read_settings
 from ..in_place import AGAINST, IDENTITY, OWNER, list_taken
-from ..members import BUILDING, FAMILY, VARIANT, list_members, list_seen, remember_wearers
+from ..members import BUILDING, FAMILY, VARIANT, list_members, list_seen
 from ..picture.show_result import show_result
 from ..result.compare_results import compare_with_before, find_variants
 from ..result.summarise import KWP
 from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_session, open_session
+from ..worn_faces import remember_wearers
 from .switch_city import find_named, show_objects_of
 from .update_city import tell_errors
 

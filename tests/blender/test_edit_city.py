@@ -204,7 +204,7 @@ def test_without_light_that_can_be_edited_classify_takes_what_is_seen(traced, ci
     assert not bpy.ops.citypv.update.poll() and not bpy.ops.citypv.edit_building.poll()
     add_tower()
     run("add_to_city")
-    assert "classify and trace the city again" in describe_edit(here())[1]
+    assert "Import and trace again" in describe_edit(here())[1]
     run("import_city", city_path=str(city_file))
     assert describe_edit(here())[0] == "objects of it were edited"
     run("classify")

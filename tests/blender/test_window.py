@@ -12,6 +12,7 @@ import pytest
 from window_edits import move_tower, undo_move
 from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
+from window_stops import edit_at_all_moments, wait_until_settled
 
 from citypv.operators.attributes import KIND_CODES
 
@@ -232,4 +233,12 @@ def test_a_tower_is_moved_with_live_on(window):
     before, after = move_tower(window)
     assert all(row["change"] < -5 * row["error"] < 0 for row in (before, after)) and before["change"] != after["change"]
     undo_move(window, before)
+    assert "Traceback" not in window.read_log()
+
+
+def test_edits_while_an_update_is_computed(window):
+    """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate: none crashes."""
+    window.ask("bpy.data.batch_remove([item for item in bpy.data.objects if item.name.startswith('tower')])")
+    wait_until_settled(window, [])
+    assert edit_at_all_moments(window) >= 50
     assert "Traceback" not in window.read_log()

@@ -1,0 +1,120 @@
+"""Cities of the user's own objects: letters are none, large ones are cheap to edit, a deleted one leaves nothing."""
+
+import bpy
+import pytest
+from steps import add_box, here, run
+
+from citypv.citypv_addon import CLASSES
+from citypv.operators import shapes
+from citypv.operators.edits.take_meshes import read_meshes
+from citypv.operators.edits.watch_edits import remove_left_grounds
+from citypv.operators.members import describe_edit
+
+
+def test_letters_and_curves_are_no_buildings():
+    """Blender makes meshes of them; a curve along which geometry nodes set houses is another matter."""
+    box = add_box("House", (0, 0, 3))
+    bpy.ops.object.text_add()
+    bpy.ops.curve.primitive_bezier_circle_add()
+    bpy.context.object.data.dimensions, bpy.context.object.data.fill_mode = "2D", "BOTH"
+    bpy.context.view_layer.update()
+    content, taken = read_meshes("Objects", [box, *bpy.data.objects], bpy.context)
+    assert len(content.polygons) == 6 and content.buildings == ["House"]
+    assert taken == [(box.session_uid, "House")]
+
+
+@pytest.fixture
+def town(addon):
+    """Forty houses that are a city."""
+    houses = [add_box(f"house{number}", (20.0 * (number % 8), 20.0 * (number // 8), 3)) for number in range(40)]
+    bpy.ops.object.select_all(action="SELECT")
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
+    run("take_meshes")
+    bpy.context.view_layer.update()
+    return houses
+
+
+def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatch):
+    """And what is told is the same as if all were: moved, moved back, hidden, its mesh edited, another one added."""
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.update()
+    read, describe = [], shapes.describe_object
+
+    def note(city, item):
+        read.append(item.name)
+        return describe(city, item)
+
+    monkeypatch.setattr("citypv.operators.members.describe_object", note)
+    for step, edited in ((5, True), (-5, False)):
+        town[7].location.x += step
+        bpy.context.view_layer.update()
+        assert bool(describe_edit(here())[0]) == edited
+    assert read == ["house7"] * 2
+    town[3].hide_set(True)
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "objects of it were edited"
+    town[3].hide_set(False)
+    bpy.context.view_layer.update()
+    assert describe_edit(here()) == ("", "")
+    town[4].data.vertices[0].co.z += 1
+    town[4].data.update()
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "objects of it were edited"
+    town[4].data.vertices[0].co.z -= 1
+    town[4].data.update()
+    bpy.context.view_layer.update()
+    assert describe_edit(here()) == ("", "")
+    add_box("other", (0, -40, 3))
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "other is not part of the city"
+
+
+def test_a_deleted_city_takes_its_ground_along_but_no_other(addon, city_file, row_file):
+    first = run("import_city", "classify", city_path=str(city_file))
+    second = run("import_city", "classify", city_path=str(row_file))
+    remove_left_grounds()
+    grounds = first["citypv_ground"].name, second["citypv_ground"].name
+    bpy.data.objects.remove(second)
+    remove_left_grounds()
+    assert grounds[0] in bpy.data.objects and grounds[1] not in bpy.data.objects
+
+
+@pytest.mark.parametrize(
+    ("suffix", "operator", "setting"),
+    [
+        (".xml", "solar_city", ""),
+        (".gz", "solar_city", ""),
+        (".tif", "drop_terrain", "terrain"),
+        (".tif", "drop_horizon", "horizon"),
+        (".csv", "drop_weather", "weather_file"),
+        (".csv", "drop_horizon", "horizon"),
+        (".csv", "drop_albedo", "albedo_file"),
+    ],
+)
+def test_a_file_may_be_dropped_for_what_it_can_be(addon, suffix, operator, setting, tmp_path):
+    handlers = [one for one in CLASSES if issubclass(one, bpy.types.FileHandler)]
+    taking = {one.bl_import_operator for one in handlers if suffix in one.bl_file_extensions.split(";")}
+    assert f"citypv.{operator}" in taking
+    if setting:
+        path = str(tmp_path / f"file{suffix}")
+        assert getattr(bpy.ops.citypv, operator)(filepath=path) == {"FINISHED"}
+        assert getattr(addon, setting) == path
+
+
+def test_an_edit_after_reopening_names_the_button_that_goes_on(traced, tmp_path):
+    tower = add_box("tower", (5.0, -12.0, 20.0))
+    bpy.context.view_layer.update()
+    bpy.ops.object.select_all(action="DESELECT")
+    tower.select_set(True)
+    run("add_to_city")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
+    bpy.data.objects["tower"].location.x += 30
+    bpy.context.view_layer.update()
+    assert "Import and trace again" in describe_edit(here())[1] and bpy.ops.citypv.retrace.poll()
+    run("retrace")
+    bpy.context.view_layer.update()
+    if describe_edit(here())[0]:
+        run("update")
+    assert describe_edit(here()) == ("", "")
+    assert "tower" in here()["citypv_buildings"] and bpy.data.objects["tower"].location.x == pytest.approx(35)
