@@ -24,7 +24,13 @@ class Format(NamedTuple):
 
 
 READ = (
-    Format("CityGML 1.0, 2.0, 3.0", (".gml", ".citygml", ".xml"), "citygml", (b"<",), dropped=(".gml", ".citygml", ".xml", ".gz")),
+    Format(
+        "CityGML 1.0, 2.0, 3.0",
+        (".gml", ".citygml", ".xml"),
+        "citygml",
+        (b"<",),
+        dropped=(".gml", ".citygml", ".xml", ".gz"),
+    ),
     Format("CityJSON 1.0 to 2.0, CityJSONSeq", (".json", ".jsonl"), "cityjson", (b"{",), dropped=(".json", ".jsonl")),
     Format("OBJ", (".obj",), "obj", dropped=(".obj",)),
 )
