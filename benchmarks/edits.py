@@ -1,4 +1,4 @@
-"""Seconds, silences and memory of edits of a city, against full runs of the edited cities; and rays that end elsewhere.
+"""Seconds, silences and memory of edits of a city, and their hours against the edited scenes traced wholly.
 
 python benchmarks/edits.py examples/berlin/berlin_3910_5817.gml --edits 30 --full 3
 """
@@ -18,12 +18,12 @@ if __package__ in (None, ""):
 
 from citypv.core.city.city import take_polygons
 from citypv.core.city.edit_city import Change, edit_city
-from citypv.core.light.edit_light import edit_light, trace_editable
-from citypv.core.light.editable_city import prepare_decided
+from citypv.core.light.change_light import trace_change
+from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, read_buildings, read_year, stand_city, stand_edited, trace_base
+from citypv.core.study import change_scene, compute_energy, place_city, read_buildings, read_year, trace_base
 
 
 def read_clock():
@@ -44,17 +44,18 @@ def draw_change(city, generator):
     ][generator.integers(4)]
 
 
-def count_apart(one, other):
-    """Number of hits that only one of two traced cities has."""
-    told = []
-    for city in (one, other):
-        rows = city.traced.form_factors.rows
-        patch = np.concatenate([np.repeat(part.chosen, np.diff(part.start)) for part in rows]).astype(np.int64)
-        keys = patch << 32 | np.concatenate([part.key for part in rows]).astype(np.int64)
-        told.append(np.unique(keys, return_counts=True))
-    (mine, times), (theirs, again) = told
-    _, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
-    return max(times.sum(), again.sum()) - np.minimum(times[here], again[there]).sum()
+def tell_apart(one, other, weather, request):
+    """Hours of two traced cities apart, over the stated error: 95 and 99 % of the area, the largest, the total."""
+    energy = [compute_energy(city.transfer, weather, request) for city in (one, other)]
+    hours = [np.nan_to_num(np.asarray(found.full_load_hours)) for found in energy]
+    stated, area = np.asarray(energy[1].full_load_hours_standard_error), other.transfer.surfaces.area
+    known = np.isfinite(stated) & (area > 0)
+    ratio = np.abs(hours[0] - hours[1])[known] / np.maximum(stated[known], 1e-4)
+    order = np.argsort(ratio)
+    share = np.cumsum(area[known][order]) / area[known].sum()
+    quantiles = [ratio[order][np.searchsorted(share, level)] for level in (0.95, 0.99)]
+    total = (area @ hours[0]) / (area @ hours[1]) - 1
+    return [*quantiles, ratio.max(), total]
 
 
 class Listener:
@@ -101,7 +102,7 @@ def main():
     city = read_buildings(options.city, request)
     scene = place_city(city, request)
     weather, generator = read_year(scene.site, request), np.random.default_rng(options.seed)
-    told, stages, full, share = [], [], [], []
+    told, stages, full, apart = [], [], [], []
     base = trace_base(scene, weather, request)
     kept = count_bytes(base, set())
     with TemporaryDirectory() as folder:
@@ -110,12 +111,12 @@ def main():
     patches = len(base.city.prepared.patches)
     sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"
     print(f"{patches:,} patches, {len(base.suns)} suns; {sizes}", flush=True)
-    edit_light(base, stand_edited(city, base, request))  # compiles
+    trace_change(base, change_scene(base, city, city, request))  # compiles
     for number in range(options.edits):
         changed = edit_city(city, draw_change(city, generator), scene.site.convergence)
         listener = Listener()
-        edited_scene = stand_edited(changed, base, request, listener.progress)
-        edited = edit_light(base, edited_scene, listener.progress, preview=listener.preview)
+        change = change_scene(base, city, changed, request, listener.progress)
+        edited = trace_change(base, change, progress=listener.progress, preview=listener.preview)
         listener.progress()
         end, record = read_clock(), edited.transfer.record
         rays = record.hemisphere_rays, record.shadow_rays
@@ -123,22 +124,19 @@ def main():
         stages.append(record.processor_seconds)
         if number < options.full:
             start = read_clock()
-            again = stand_city(changed, request, like=replace(scene, trail=None, drawn=None))
-            whole = trace_editable(
-                prepare_decided(base.decisions, again, request), base.suns, request, specular=specular_of
-            )
+            prepared = prepare_decided(base.decisions, change.scene, request)
+            whole = replace(trace_editable(prepared, base.suns, request, specular=specular_of), rows=change.rows)
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
-            share.append((end - listener.start) / full[-1][:2])
-            apart = count_apart(edited.city.states[0], whole.city.states[0])
-            print(f"  rays apart: {apart} of {record.hemisphere_rays:,}", flush=True)
+            apart.append(tell_apart(edited, whole, weather, request))
+            print("  hours off over stated error, 95 %, 99 %, most; total:", np.round(apart[-1], 6), flush=True)
     names = "preview s, CPU s; exact s, CPU s; longest silence s, CPU s; hemisphere and shadow rays"
     print(f"edit, medians: {names}:", np.median(told, axis=0).round(2))
     print("edit, largest:", np.max(told, axis=0).round(2))
     print("edit, CPU s of stages, medians:", pd.DataFrame(stages).median().round(2).to_dict())
     if full:
         print("full run, medians: s, CPU s; rays:", np.median(full, axis=0).round(2))
-        print("edit as share of a full run, medians: of s, of CPU s:", np.median(share, axis=0).round(3))
+        print("hours off over stated error, 95 %, 99 %, most; total, largest:", np.max(np.abs(apart), axis=0).round(6))
 
 
 if __name__ == "__main__":

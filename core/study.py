@@ -9,7 +9,6 @@ Geometry is traced once, free of weather. The Transfer can be weighed with any o
 """
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from .accuracy.trace_run import choose_year, trace_run
 from .city.axis_order import PlaceHints
 from .city.build_scene import SceneOptions, build_scene
 from .city.edge_distance import measure_edge_distance
+from .city.edited_scene import edit_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .city.transform_crs import grid_of
@@ -26,7 +26,7 @@ from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .energy.time_axis import read_zone
-from .light.edit_light import trace_editable
+from .light.editable_city import trace_editable
 from .light.prepare_scene import prepare_scene
 from .patches.read_albedo import check_materials
 from .photons.specular_light import specular_of
@@ -35,7 +35,7 @@ from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
-from .settings.progress import report_polygons, silent
+from .settings.progress import silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sun.read_horizon import check_horizon
@@ -121,16 +121,15 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request, report_share=silent, like=None):
+def stand_city(city, request, report_share=silent):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
 
-    `report_share` is told the share that is done, 0 to 1. The site and the lattice of the ground are those of the Scene
-    `like`, of the city before an edit, where one is given.
+    `report_share` is told the share that is done, 0 to 1.
     """
     racks = parse_racks(request.racks)
     terrain = read_terrain(request.terrain, city, *conventions_of(city, request)) if request.terrain else None
-    site, lattice = (like.site, like.lattice) if like else (None, None)
-    if like is None and request.site_of:
+    site = lattice = None
+    if request.site_of:
         site, lattice = place_of_results(request.site_of)
         away = np.linalg.norm(np.median(city.points, axis=0)[:2] - site.origin[:2])
         if grid_of(site) != grid_of(city) or away > ELSEWHERE:
@@ -144,7 +143,7 @@ def stand_city(city, request, report_share=silent, like=None):
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice, like),
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice),
         report_share=report_share,
     )
     scene = lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
@@ -155,14 +154,6 @@ def conventions_of(city, request):
     """Unit and upward axis of files that state neither: as given, else as found in the files of the city."""
     report = city.report
     return report.unit if request.unit == "auto" else request.unit, report.up if request.up == "auto" else request.up
-
-
-def stand_edited(city, base, request, progress=silent):
-    """Scene of an edited city, with the site and the lattice of the EditableCity that it was.
-
-    `progress` is told of it, and can stop it.
-    """
-    return stand_city(city, request, partial(report_polygons, progress, SCENE_STAGE, len(city)), base.scene)
 
 
 def read_year(site, request, suns=None, keep=()):
@@ -241,6 +232,23 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
     """What the choice of suns does to the full load hours: the dict of `accuracy.sun_sampling.measure_ways`."""
     return measure_ways(CityYear(scene, prepared, weather, request), transfer, [transfer.suns], progress)[0]
+
+
+def change_scene(base, before, after, request, progress=silent):
+    """What an edit changes of the scene of a traced city: SceneChange.
+
+    Parameters
+    ----------
+    base : EditableCity
+    before, after : City
+    request : Request
+    progress : callable, optional
+        Is told of it, and can stop it.
+    """
+    progress(SCENE_STAGE, 0, 1, "scenes")
+    change = edit_scene(base.city.prepared.scene, base.rows, before, after, request)
+    progress(SCENE_STAGE, 1, 1, "scenes")
+    return change
 
 
 def compute_energy(transfer, weather, request, progress=silent):

@@ -10,17 +10,15 @@ from ..settings.errors import InputError, count_of, list_some
 from ..settings.progress import report_part, silent
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
-from .city import take_shape
 from .classify import classify, find_footprints, measure_tilt
 from .crowns import build_crowns
 from .find_ground import find_ground, find_hanging
 from .find_sheets import find_sheets
-from .find_twins import COMMON, find_twins
+from .find_twins import find_twins
 from .grid_cells import split_into_cells
-from .known_polygons import find_known, name_polygons, near_lost
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .polygons import drop_unused, measure_polygons, merge_vertices, normals_of, triangulate
+from .polygons import measure_polygons, merge_vertices, normals_of, triangulate
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 from .terrain import Terrain
@@ -41,7 +39,6 @@ class SceneOptions:
     sectors: str = "8"  # of `classify`
     site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
     lattice: tuple | None = None  # of generated ground of another scene, kept where the city still lies on it
-    before: Scene | None = None  # before an edit: what the edit leaves as it was is not found again
 
 
 def build_scene(
@@ -100,28 +97,26 @@ def build_scene(
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area, options.sectors)
     shape = points, city.ring_start, city.polygon_start
-    drawn = name_polygons(*shape)
-    known = options.before and find_known(options.before, city.surface_id, drawn, shape)
     report_share(TRIANGULATED)
-    vertices, triangles, triangle_surface = cut_polygons(shape, patch_size, known)
+    vertices, triangles, triangle_surface = cut_polygons(shape, patch_size)
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
         report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
-    _note_faults(shape, (vertices, triangles, triangle_surface), surfaces, report, known)
+    _note_faults(shape, (vertices, triangles, triangle_surface), surfaces, report)
     under = find_footprints(surfaces, city, points)
     footprint = under[triangle_surface]
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
-    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours, drawn=drawn)
+    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
     _name_ground(scene)
     placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
-    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part, edited=known)
+    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
     report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
-    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0), known)
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
     _note_sheets(scene)
     report_share(1.0)
     return scene
@@ -147,16 +142,11 @@ def _describe(city, points, whole_area, sectors):
     )
 
 
-def _note_faults(shape, drawn, surfaces, report, known=None):
+def _note_faults(shape, drawn, surfaces, report):
     """Exclude surfaces drawn twice from the eligible area, and report them, and polygons whose triangles do not cover
     them, for example because the outline crosses itself."""
     receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
-    twins, asked = np.zeros(len(surfaces), bool), None
-    if known is not None:
-        asked = (known.place < 0) | near_lost(known, shape, COMMON)
-        twice = set(known.before.report.repaired.get(DRAWN_TWICE, ()))
-        twins = np.array([name in twice for name in surfaces.surface_id])
-    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving, (twins, asked))
+    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
     surfaces.eligible &= ~twins
     vertices, triangles, owner = drawn
     covered = np.bincount(owner, 0.5 * np.linalg.norm(normals_of(vertices, triangles), axis=1), len(surfaces))
@@ -192,11 +182,10 @@ def _note_sheets(scene):
         )
 
 
-def cut_polygons(shape, patch_size, known=None):
-    """Triangles of polygons, their edges no longer than the patch size; after an edit, only of those that it reaches.
+def cut_polygons(shape, patch_size):
+    """Triangles of polygons, their edges no longer than the patch size.
 
-    Polygons that share corners, also by way of others, are cut together, since what one of them shares with another is
-    cut for both. A group of them that is drawn as before has the triangles that it had before.
+    Polygons that share corners are cut together, since what one of them shares with another is cut for both.
 
     Parameters
     ----------
@@ -204,7 +193,6 @@ def cut_polygons(shape, patch_size, known=None):
         points (m, 3) float64 [m], ring_start (r + 1,), polygon_start (n + 1,).
     patch_size : float or None
         [m] None keeps the triangles of the polygons.
-    known : Known, optional
 
     Returns
     -------
@@ -213,29 +201,9 @@ def cut_polygons(shape, patch_size, known=None):
         Ordered by polygon.
     polygon : array, (t,) int64
     """
-    if known is not None:
-        return join_known(known, shape, patch_size)
     triangles, polygon = triangulate(*shape)
     vertices, triangles = merge_vertices(shape[0], triangles)
     if patch_size is not None:
         vertices, triangles, origin = refine_triangles(vertices, triangles, patch_size, polygon)
         polygon = polygon[origin]
     return vertices, triangles, polygon
-
-
-def join_known(known, shape, patch_size):
-    """The same of a city after an edit, of which only the polygons that are not known are cut."""
-    before, place = known.before, known.place
-    number = np.full(len(before.surfaces) + 1, -1)
-    number[place[place >= 0]] = np.flatnonzero(place >= 0)
-    own = number[before.triangle_surface]
-    kept = np.flatnonzero(own >= 0)
-    vertices, triangles, polygon = before.vertices, before.triangles[kept], own[kept]
-    rows = np.flatnonzero(place < 0)
-    if len(rows):
-        more, corners, owner = cut_polygons(take_shape(*shape, place < 0), patch_size)
-        vertices = np.concatenate([vertices, more])
-        triangles = np.concatenate([triangles, corners + len(before.vertices)])
-        polygon = np.concatenate([polygon, rows[owner]])
-    order = np.argsort(polygon, kind="stable")
-    return *drop_unused(vertices, triangles[order]), polygon[order]

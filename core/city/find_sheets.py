@@ -16,12 +16,10 @@ from numba import njit
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
-from ..rays.trail import Trail, begin_trail, boxes_of
 from ..settings.progress import report_part, silent
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import find_ground
 from .join_sheets import look
-from .known_polygons import boxes_of_surfaces, match_surfaces
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
@@ -52,11 +50,9 @@ class Faces:
     offset: np.ndarray  # (t,) float64 [m], distance of ray origins from the face
     footprint: np.ndarray  # (t,) bool, counts as a back from either side
     surface: np.ndarray  # (t,) int
-    shapes: tuple  # of (t, 3) and (t, 2, 3) float32 [m], as of `Trail.note`
-    trail: Trail | None  # of the rays of each surface
 
 
-def find_sheets(scene, report_share=silent, known=None):
+def find_sheets(scene, report_share=silent):
     """Triangles of faces that have no thickness and enclose nothing.
 
     Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
@@ -65,39 +61,19 @@ def find_sheets(scene, report_share=silent, known=None):
     Parameters
     ----------
     scene : Scene
-        Including its ground, if any; gets the trail of the rays.
+        Including its ground, if any.
     report_share : callable, optional
         As of `build_scene`, of the sheets.
-    known : Known, optional
-        Of a scene before an edit: only what that may change is judged again.
 
     Returns
     -------
     (t,) bool
     """
-    surface, judged = scene.triangle_surface, find_judged(scene)
-    sheet = np.zeros(len(scene.triangles), bool)
-    if not judged.any():
-        return sheet
-    before = known and known.before
-    place, boxes, trail = np.full(len(scene.surfaces), -1), np.zeros((0, 2, 3)), before and before.trail
-    if trail is not None:
-        place, boxes = match_surfaces(known, scene, (find_judged(before), judged))
-        was_sheet = np.zeros(len(before.surfaces), bool)
-        was_sheet[before.triangle_surface[before.sheet]] = True
-        sheet = judged & ((place >= 0) & was_sheet[place])[surface]
-    scene.trail = (trail or begin_trail(scene, np.zeros((0, 2, 3)))).of_others(boxes_of_surfaces(scene), place)
-    faces, known = faces_of_scene(scene), sheet.copy()
-    asked = (place < 0) | scene.trail.passing(boxes)
-    while True:
-        sheet &= ~asked[surface]
-        judge_faces(faces, np.flatnonzero(judged & asked[surface] & (faces.area > 0)), sheet, report_share)
-        # The back of a sheet is no inside: what looks at one that comes or goes is judged again.
-        turned = np.flatnonzero((sheet != known) & ~(place < 0)[surface])
-        also = scene.trail.passing(boxes_of(faces.vertices[faces.triangles[turned]])) & ~asked
-        if not also.any():
-            return sheet
-        asked |= also
+    judged, sheet = find_judged(scene), np.zeros(len(scene.triangles), bool)
+    if judged.any():
+        faces = faces_of_scene(scene)
+        judge_faces(faces, np.flatnonzero(judged & (faces.area > 0)), sheet, report_share)
+    return sheet
 
 
 def find_judged(scene):
@@ -156,12 +132,10 @@ def faces_of_scene(scene):
     vertices, count, tiny = np.asarray(scene.vertices, float), len(scene.triangles), np.finfo(float).tiny
     along, normal = np.empty((2, count, 3))
     area, width, offset = np.empty((3, count))
-    shapes = np.empty((count, 3), np.float32), np.empty((count, 2, 3), np.float32)
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
         corners = vertices[scene.triangles[some]]
         edges = corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]
-        shapes[0][some], shapes[1][some] = corners[:, 0], edges[:, :2]
         length, across = np.linalg.norm(edges, axis=2), np.cross(edges[:, 0], edges[:, 1])
         doubled = np.linalg.norm(across, axis=1)
         along[some] = edges[:, 0] / np.maximum(length[:, :1], tiny)
@@ -170,7 +144,7 @@ def faces_of_scene(scene):
         reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges[:, :2]).max(axis=(1, 2))
         offset[some] = SPACINGS * np.finfo(np.float32).eps * reach
     ray_scene = RayScene(vertices, scene.triangles)
-    kept = scene.footprint, scene.triangle_surface, shapes, scene.trail
+    kept = scene.footprint, scene.triangle_surface
     return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
 
 
@@ -226,9 +200,7 @@ def follow_some(faces, rows, side, rays, sheet):
     met, sides, weights = rows[owner], np.full(len(owner), float(side)), weights[:, number]
     for hop, towards in enumerate(local):
         origins, directions = leave_faces(faces, met, weights, sides, towards[:, number])
-        hit, *weights = places = faces.ray_scene.trace_places(origins, directions)
-        if faces.trail is not None:
-            faces.trail.note(faces.shapes, faces.surface[rows[owner]], (origins, directions), places)
+        hit, *weights = faces.ray_scene.trace_places(origins, directions)
         along = (faces.normal[hit] * directions).sum(axis=1)  # positive at backs
         if hop == 0:
             back = (hit >= 0) & ((along > 0) | faces.footprint[hit])

@@ -18,7 +18,7 @@ AT_ONCE = 1 << 14  # surfaces whose neighbours are looked at together, so that t
 TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
-def find_twins(shape, area, normal, wanted, known=None):
+def find_twins(shape, area, normal, wanted):
     """Surfaces that lie by more than half on others that face the same way.
 
     Parameters
@@ -29,8 +29,6 @@ def find_twins(shape, area, normal, wanted, known=None):
     normal : array, (n, 3) float
     wanted : array, (n,) bool
         Surfaces that may be twins; they may lie on any other.
-    known : tuple of two (n,) bool, optional
-        Which were twins before an edit, and of which that is to be asked again; None: of all.
 
     Returns
     -------
@@ -39,8 +37,7 @@ def find_twins(shape, area, normal, wanted, known=None):
     order = np.lexsort((np.arange(len(area)), -area))
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
-    before, asked = known or (np.zeros(len(area), bool), None)
-    pairs, asked = find_parallel_pairs(shape, normal, wanted, np.ones(len(area), bool) if asked is None else asked)
+    pairs = find_parallel_pairs(shape, normal, wanted)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
     slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
     common, ahead = np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
@@ -55,31 +52,20 @@ def find_twins(shape, area, normal, wanted, known=None):
             hidden[0, small] += common[pair]
         elif hidden[:, large].sum() <= TWIN_SHARE * area[large]:
             hidden[1, small] += common[pair]
-    return wanted & np.where(asked, hidden.sum(axis=0) > TWIN_SHARE * area, before)
+    return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
 
 
-def find_parallel_pairs(shape, normal, wanted, asked):
-    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one plane.
-
-    Returns
-    -------
-    pairs : (k, 2) int64
-        Of all `asked` surfaces, (n,) bool, of those they are paired with, and so on.
-    asked : (n,) bool
-        All of these.
-    """
+def find_parallel_pairs(shape, normal, wanted):
+    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one plane: (k, 2) int64."""
     points, ring_start, polygon_start = shape
     low, high = polygon_bounds(points, ring_start, polygon_start)
     low, high = low - ACCURACY, high + ACCURACY
     boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
-    tree, corner = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]]
-    found, done, following = [np.zeros((0, 2), np.int64)], np.zeros(len(boxes), bool), np.flatnonzero(asked)
-    while len(following):
-        some, following = following[:AT_ONCE], following[AT_ONCE:]
-        one, other = tree.query(boxes[some])
-        one = some[one]
-        done[some] = True
-        kept = ((one < other) | ~done[other]) & (one != other) & (wanted[one] | wanted[other])
+    tree, corner, found = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]], [np.zeros((0, 2), np.int64)]
+    for first in range(0, len(boxes), AT_ONCE):
+        one, other = tree.query(boxes[first : first + AT_ONCE])
+        one = one + first
+        kept = (one < other) & (wanted[one] | wanted[other])
         one, other = one[kept], other[kept]
         kept = (normal[one] * normal[other]).sum(axis=1) > ALONG
         one, other = one[kept], other[kept]
@@ -89,11 +75,9 @@ def find_parallel_pairs(shape, normal, wanted, asked):
         turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
         apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
         near = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & (apart <= ACCURACY + turn * reach)
-        found.append(np.sort(np.column_stack([one, other])[near], axis=1))
-        new = np.unique(found[-1][~asked[found[-1]]])
-        asked = asked | np.isin(np.arange(len(asked)), new)
-        following = np.concatenate([following, new])
-    return np.unique(np.concatenate(found), axis=0), asked
+        found.append(np.column_stack([one, other])[near])
+    pairs = np.concatenate(found)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def measure_overlaps(shape, normal, pairs):

@@ -13,14 +13,13 @@ from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
 from .locate_site import bring_to_origin
 from .polygons import drop_unused, polygon_bounds
-from .relay_ground import relay_ground
 from .scene import append_triangles
 from .terrain import HORIZON, NEAR, Layer, measure_heights, nearest_heights
 
 SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
 
 
-def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edited=None):
+def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
@@ -32,8 +31,6 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
     patch_size : float or None
     report_share : callable
         As of `build_scene`, of the ground.
-    edited : Known, optional
-        Of a scene before an edit.
 
     Returns
     -------
@@ -79,9 +76,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share, edit
         above = placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0)
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
     how = {"reach": reach, "lattice": options.lattice, "ground_height": known, "report_share": report_share}
-    laid = edited and not own.any() and relay_ground(placed, edited, patch_size, how)
-    vertices, triangles, floating, scene.lattice = laid or build_ground(placed, patch_size, **how)
-    scene.floating = floating
+    vertices, triangles, floating, scene.lattice = build_ground(placed, patch_size, **how)
     if len(floating):
         names = list_some([scene.surfaces.surface_id[i] for i in floating])
         notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names}")

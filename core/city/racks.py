@@ -19,7 +19,7 @@ from .place_rows import THICKNESS, frame_roof, free_area, place_rows
 from .places_in_plan import draw_triangles
 from .polygons import measure_polygons
 from .refine import refine_triangles
-from .scene import Surfaces, append_triangles
+from .scene import Surfaces, append_triangles, join_surfaces
 
 RACK = "rack"  # the kind
 LEVEL = 1e-6  # [°] of tilt, up to which a rack faces nowhere
@@ -225,22 +225,19 @@ def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
         vertices, triangles, parent = refine_triangles(vertices, triangles, patch_size, row * 6 + part // 2)
         row, part = row[parent], part[parent]
     back, owner = part >= FRONT, len(scene.surfaces) + row
+    none = np.full(len(scene.triangles), -1, np.int32)
     scene = append_triangles(
-        replace(scene, rack_of_back=np.full(len(scene.triangles), -1, np.int32)),
+        replace(scene, rack_of_back=none if scene.rack_of_back is None else scene.rack_of_back),
         triangles + len(scene.vertices),
         np.where(back, -1, owner),
         closure=back & (back_albedo == 0),
         rack_of_back=np.where(back, owner, -1),
     )
-    surfaces = {}
-    for name, own in vars(scene.surfaces).items():
-        more = getattr(rows, name)
-        surfaces[name] = np.concatenate([own, more]) if isinstance(own, np.ndarray) else own and [*own, *more]
     return replace(
         scene,
         vertices=np.concatenate([scene.vertices, vertices]),
-        surfaces=Surfaces(**surfaces),
-        racks=fronts,
+        surfaces=join_surfaces(scene.surfaces, rows),
+        racks=fronts if scene.racks is None else np.concatenate([scene.racks, fronts]),
         back_albedo=back_albedo,
     )
 

@@ -85,9 +85,6 @@ class Scene:
     number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
-    trail: object = None  # Trail of the rays from each surface that told which are sheets
-    drawn: np.ndarray | None = None  # (n,) uint64, of `name_polygons`; without those of racks
-    floating: np.ndarray | None = None  # (h,) int, footprints that do not touch generated ground
     halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
 
 
@@ -127,6 +124,18 @@ def take_surfaces(surfaces, rows):
     for name, values in vars(surfaces).items():
         taken[name] = values[rows] if isinstance(values, np.ndarray) else values and [values[row] for row in rows]
     return Surfaces(**taken)
+
+
+def join_surfaces(one, other):
+    """Surfaces of both, the first ones first; what the other ones do not record is NaN or empty: Surfaces."""
+    joined = {}
+    for name, own in vars(one).items():
+        more = getattr(other, name)
+        if isinstance(own, np.ndarray):
+            joined[name] = np.concatenate([own, np.full(len(other), np.nan) if more is None else more])
+        else:
+            joined[name] = own and [*own, *(more or [""] * len(other))]
+    return Surfaces(**joined)
 
 
 def append_triangles(scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1):

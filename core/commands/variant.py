@@ -1,6 +1,5 @@
 """`citypv variant`: an edited city from what is known of the city before, in seconds."""
 
-import shlex
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,9 +8,11 @@ import numpy as np
 import pandas as pd
 
 from ..city.axis_order import PlaceHints
+from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import Change, edit_city, place_local, system_of
+from ..city.written_scene import written_scene
+from ..light.change_light import trace_change
 from ..light.difference import errors_of_difference
-from ..light.edit_light import edit_light
 from ..light.editable_city import restore_editable
 from ..light.prepare_scene import BaseTooSmallError
 from ..photons.specular_light import specular_of
@@ -19,12 +20,10 @@ from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, mark_of
 from ..results.output_folder import ASKED, whole_folder
-from ..results.rays_file import NAME, read_rays, write_rays
-from ..results.read_results import read_summary
+from ..results.rays_file import NAME, command_again, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
-from ..settings.request import declared_settings, option_of
-from ..study import ELSEWHERE, compute_energy, conventions_of, read_year, stand_edited
+from ..study import ELSEWHERE, change_scene, compute_energy, conventions_of, read_year
 from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
 from .write_run import Output, Results, write_exports, write_results, write_run
@@ -63,7 +62,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
     log, output = log or RunLog(), output or Output()
     with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
         kept = read_rays(base_folder)
-        known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "trail": kept.trail}
+        known = {"decisions": kept.decisions, "kept": kept.traced, "specular": specular_of, "drift": kept.drift}
         transfer = read_transfer(Path(base_folder) / "transfer.nc")
         base = restore_editable(kept.scene, kept.request, transfer, **known)
         weather = read_year(kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED))
@@ -73,11 +72,14 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if wish.albedo_of:
             path = write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             request = replace(request, albedo_file=path)
-        scene = stand_edited(city, base, request, log.progress)
+        change = change_scene(base, kept.city, city, request, log.progress)
+        scene = written_scene(change.scene, change.rows)
+        if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
+            change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
         try:
-            edited = edit_light(base, scene, log.progress, request=request)
+            edited = trace_change(base, change, request, log.progress)
         except BaseTooSmallError as error:
-            words = f"compute the base again: {_command_of(base_folder, error.settings)}"
+            words = f"compute the base again: {command_again(base_folder, error.settings)}"
             raise InputError(base_folder, f"the edited city {error.problem}", words) from None
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
@@ -95,21 +97,6 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
-
-
-def _command_of(base_folder, changes):
-    """The command that computes a base again with some settings changed: str."""
-    summary = read_summary(Path(base_folder) / "summary.json")
-    words, settings = ["citypv", "simulate", *summary["input"]["report"]["files"]], summary["settings"] | changes
-    for name, default, details in declared_settings():
-        value = settings.get(name)
-        if value in (None, default, list(default) if isinstance(default, tuple) else default) or details.option == "":
-            continue
-        if details.kind in ("pairs", "shares"):
-            value = [f"{key}={'on' if one is True else 'off' if one is False else one}" for key, one in value.items()]
-        values = value if isinstance(value, list | tuple) else [] if details.kind == "flag" else [value]
-        words += [option_of(name), *(("off", "on")[one] if isinstance(one, bool) else one for one in values)]
-    return shlex.join(map(str, [*words, "--out", base_folder, "--overwrite", "--editable"]))
 
 
 def read_change(wish, kept):

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from .compare_cities import match_patches
 from .direct_errors import variance_of_neighbours
 from .merge_transfers import whole_error
 from .trace_gather import SUNS, join_seasons
@@ -33,10 +32,11 @@ def errors_of_difference(before, after):
     transfer : Transfer
         Of r surfaces.
     rows : (2, r) int
-        Their rows before and after.
+        Their rows before and after, in the scenes of the two.
     """
-    number = {name: row for row, name in enumerate(before.transfer.surfaces.surface_id)}
-    pairs = [(number[name], row) for row, name in enumerate(after.transfer.surfaces.surface_id) if name in number]
+    names = [one.city.transfer.surfaces.surface_id for one in (before, after)]
+    number = {names[0][row]: row for row in before.rows.tolist()}
+    pairs = [(number[names[1][row]], row) for row in after.rows.tolist() if names[1][row] in number]
     rows = np.array(pairs, int).reshape(-1, 2).T
     cities = before.city, after.city
     most = max(cities, key=lambda city: len(city.states))
@@ -74,7 +74,7 @@ def difference_of_state(cities, rows, state):
     rows : (2, r) int
     state : int
     """
-    place = match_patches(*(city.prepared for city in cities))
+    place = same_patches(*(city.prepared.patches for city in cities))
     one, other = pairs = [city.states[min(state, len(city.states) - 1)] for city in cities]
     row_of = []
     for city, some in zip(cities, rows, strict=True):
@@ -125,3 +125,16 @@ def difference_of_state(cities, rows, state):
         ),
         sources={name: replace(light, standard_error=error[name]) for name, light in taken.sources.items()},
     )
+
+
+def same_patches(before, after):
+    """The patch before an edit that sends the same rays as each patch after it: (p,) int, -1 where there is none."""
+    place = np.full(len(after), -1)
+    rows = [np.flatnonzero(one.receives) for one in (before, after)]
+    keys = [one.key[own] for one, own in zip((before, after), rows, strict=True)]
+    _, one, other = np.intersect1d(*keys, return_indices=True)
+    one, other = rows[0][one], rows[1][other]
+    same = (before.corner[one] == after.corner[other]).all(axis=1)
+    same &= (before.edges[one] == after.edges[other]).all(axis=(1, 2))
+    place[other[same]] = one[same]
+    return place

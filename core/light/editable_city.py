@@ -3,16 +3,20 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ..rays.trail import Trail
+import numpy as np
+
+from ..city.written_scene import written_scene
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..sun.horizon import without_hidden
 from ..sun.suns import Suns
 from .prepare_scene import build_tree, prepare_scene
+from .shadow_points import find_points
 from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
-from .trace_gather import TracedCity, TracedState
+from .trace_gather import TracedCity, TracedState, trace_light
+from .transfer import take_rows
 
 PINNED = ("receivers", "perez", "far-ground")  # effects that are decided as in the base
 KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
@@ -35,8 +39,9 @@ class EditableCity:
     suns: Suns
     request: Request
     city: TracedCity
-    trail: Trail
+    rows: np.ndarray  # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
     specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
+    drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns
 
     @property
     def decisions(self):
@@ -47,13 +52,16 @@ class EditableCity:
 
     @property
     def transfer(self):
-        """Transfer of the city, both states of its trees included."""
-        return self.city.transfer
+        """Transfer of the city, its surfaces in their order, both states of its trees included."""
+        transfer = self.city.transfer
+        if len(self.rows) == len(transfer.surfaces) and (np.diff(self.rows) > 0).all():
+            return transfer
+        return take_rows(transfer, self.rows)
 
     @property
     def scene(self):
-        """Scene that was traced, with the backs of sheets."""
-        return self.city.prepared.scene
+        """Scene of the city, with the backs of sheets."""
+        return written_scene(self.city.prepared.scene, self.rows)
 
 
 def prepare_decided(decisions, scene, request, progress=silent):
@@ -63,7 +71,41 @@ def prepare_decided(decisions, scene, request, progress=silent):
     return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
 
 
-def restore_editable(scene, request, transfer, *, decisions, kept, trail, specular):
+def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None):
+    """Trace a city so that it can be edited.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    suns : Suns
+    request : Request
+    progress : callable, optional
+        See `core.progress`.
+    specular : callable, optional
+        As of `EditableCity`.
+
+    Returns
+    -------
+    EditableCity
+
+    Raises
+    ------
+    CancelledError
+    InputError
+        It is a tile, a further round, or asks for another estimator than gather.
+    """
+    if request.estimator != "gather":
+        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
+    if prepared.scene.halo is not None:
+        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
+    if prepared.patches.points_before.any():
+        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
+    prepared = replace(build_tree(prepared, request), editable=True)
+    city = trace_light(prepared, suns, request, progress, specular=specular(prepared))
+    return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)), specular)
+
+
+def restore_editable(scene, request, transfer, *, decisions, kept, drift, specular):
     """A traced city as it was, from what its rays and suns met: EditableCity.
 
     Parameters
@@ -73,9 +115,9 @@ def restore_editable(scene, request, transfer, *, decisions, kept, trail, specul
     transfer : Transfer
     decisions : Decisions
     kept : dict
-        `bits` of SunTask, `room` of TracedCity, and `states`: a dict of each state of the trees, with `traced`,
-        `lights` and `direct` of TracedState.
-    trail, specular
+        `bits` of SunTask and `turns` of its watch, `room` of TracedCity, and `states`: a dict of each state of the
+        trees, with `traced`, `lights` and `direct` of TracedState.
+    drift, specular
         As of `EditableCity`.
 
     Raises
@@ -90,9 +132,13 @@ def restore_editable(scene, request, transfer, *, decisions, kept, trail, specul
         raise InputError("rays.nc", problem, "trace the city again with --editable")
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [one["traced"] for one in states], suns)
-    task.bits = kept["bits"]
+    task.bits, watch = kept["bits"], task.watch
+    watch.turns = kept["turns"]
+    counts = context.points, context.elements
+    watch.points = find_points(context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads)
     transfers = [replace(transfer, bare=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
-    return EditableCity(
-        decisions.suns, request, TracedCity(prepared, context, task, states, kept["room"]), trail, specular
-    )
+    for one in states:
+        one.direct.visible_share, one.direct.reflected = one.transfer.visible_share, one.transfer.direct_reflected
+    city = TracedCity(prepared, context, task, states, kept["room"])
+    return EditableCity(decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift)

@@ -114,6 +114,11 @@ def run_loop(rounds, product, threads, loop, *arrays):
 
 def inputs_of(form_factors):
     """`rows` and `scale` of the compiled loops: in each round a list of both."""
-    to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
-    scale = np.int32(to_cell + form_factors.cells.bit_length() - 1), to_cell, form_factors.share
+    scale = scales_of(form_factors)
     return [[((rows.chosen, rows.start, rows.key), scale) for rows in some] for some in form_factors.rounds]
+
+
+def scales_of(form_factors):
+    """`scale` of the loops: shifts from a key to the patch and to the cell that was hit, and shares of rays."""
+    to_cell = np.int32(form_factors.start_bits)
+    return np.int32(to_cell + form_factors.cells.bit_length() - 1), to_cell, form_factors.share

@@ -83,15 +83,15 @@ def average_room(to_surface, share):
     return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
 
 
-def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, known=None):
+def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, asked=True):
     """Share of patches that is not covered, but has no room for a module: (p, k) float32.
 
-    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `known` is the share of some patches, NaN of others.
+    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `asked` the patches that are looked at, (p,) bool.
     """
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
-    share = np.zeros((len(patches), len(clearances)), np.float32) if known is None else np.nan_to_num(known)
+    share = np.zeros((len(patches), len(clearances)), np.float32)
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
-    rows = np.flatnonzero(wanted if known is None else wanted & np.isnan(known[:, 0]))
+    rows = np.flatnonzero(wanted & asked)
     tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
     found = map_in_order(lambda chosen: find_cramped(ray_scene, patches, chosen, clearances), tasks, threads)
     for chosen, cramped in zip(tasks, found, strict=True):

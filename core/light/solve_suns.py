@@ -15,7 +15,7 @@ from .sun_blocks import FIRST_SUNS, SunBlock, SunProgress, block_of_suns, count_
 from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 
 CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
-COUNTING, LOOKING = "number of reflections", "annual light of the suns"  # stages
+COUNTING = "number of reflections"  # stage
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
 
@@ -42,14 +42,12 @@ class SunTask:
     progress: SunProgress
     looked: dict = field(default_factory=dict)  # start of a block -> list of Shadows, traced but not solved yet
     bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
-    known: object = None  # of `edit_light.KnownShadows`; None: all are looked at
-    annual: list | None = None  # of Annual, in each state of trees, once all suns were looked at
     reflects: bool = True  # whether what patches reflect of each sun is wanted, and not the first reflection alone
-    whole: bool = False  # whether none are wanted after an interruption, as of an edit or a further round
+    whole: bool = False  # whether none are wanted after an interruption, as of a further round
 
 
-def prepare_suns(context, traced, suns, known=None):
-    """What the suns are looked at from: SunTask; `traced` and `known` as of `trace_all`."""
+def prepare_suns(context, traced, suns):
+    """What the suns are looked at from: SunTask; `traced` as of `trace_all`."""
     patches, plan, (traced, *_) = context.patches, context.plan, traced
     watch = SunWatch(
         context.ray_scene,
@@ -68,7 +66,6 @@ def prepare_suns(context, traced, suns, known=None):
     if context.editable:
         shape = context.ray_scene.states, len(patches), -(-context.points // WORD), len(suns)
         task.bits = np.zeros(shape, np.uint16)
-    task.known, task.whole = known and known.shadows(watch), known is not None
     return task
 
 
@@ -82,8 +79,7 @@ def look_at_block(context, task, block, report):
     part = block_of_suns(task.suns, block)
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
-    known = task.known and task.known.of_suns(np.flatnonzero(lit) + block.start, few.directions)
-    found = sun_visibility(task.watch, few, block.start, report, known=known)
+    found = sun_visibility(task.watch, few, block.start, report)
     found = found if lit.all() else [one.among(lit) for one in found]
     if task.bits is not None:
         for bits, one in zip(task.bits, found, strict=True):
@@ -122,23 +118,6 @@ def light_of_first_days(context, traced, task):
             lit_ground = context.request.ground_albedo * (weights @ height)
             reflected += np.float32(lit_ground) * traced.far_ground.mean(axis=1)
     return first, reflected
-
-
-def look_at_all(context, traced, task):
-    """Find the annual light of patches before any sun is solved. Suns are looked at for all that follows."""
-    sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
-    for block in task.blocks:
-        context.progress(LOOKING, block.start, len(task.suns), "suns")
-        looked = task.looked[block.start] = look_at_block(context, task, block, lambda share, rays: None)
-        part = block_of_suns(task.suns, block)
-        sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
-    sum_states(context, traced, task, sums, block_of_suns(task.suns, slice(None)))
-
-
-def sum_states(context, traced, task, sums, suns):
-    """Annual light of each state from sums over some suns, (states, p, m) float32: written to the task."""
-    watch = task.watch
-    task.annual = [sum_suns(context, one, watch, by_point, suns) for one, by_point in zip(traced, sums, strict=True)]
 
 
 def first_reflections(context, traced, shadows, directions):
@@ -216,10 +195,8 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
         sums, weights = sums / whole, weights / whole
         for light in found:
             light.specular = light.specular / whole
-    if task.annual is None:
-        sum_states(context, traced, task, sums, SunBlock(directions, weights))
-    for light, annual in zip(found, task.annual, strict=True):
-        light.annual = annual
+    for light, one, by_point in zip(found, traced, sums, strict=True):
+        light.annual = sum_suns(context, one, task.watch, by_point, SunBlock(directions, weights))
     return found
 
 

@@ -119,7 +119,7 @@ def projection_in_front(normal, directions):
     return aoi_projection
 
 
-def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, known=None):
+def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
     """Trace shadow rays from points of patches to each sun in front of them.
 
     Parameters
@@ -130,8 +130,6 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         Number of suns before this block.
     report : callable
         Called with the share of patches done and the number of rays traced.
-    known : tuple of (states, p, words, s) uint16 and (p, s) bool, optional
-        `bits` of a city before an edit, overwritten; and which of these suns patches are to look at again.
 
     Returns
     -------
@@ -149,33 +147,42 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None, kn
         wanted = watch.traced | watch.unobstructed
         elements = watch.elements or count_elements(m)
         watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
-    turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
-    shape = watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)
-    bits, asked = known or (np.zeros(shape, np.uint16), None)
-    looking = watch.traced if asked is None else watch.traced & asked.any(axis=1)
-    weight, ray_count = (turns / m).astype(np.float32), 0
-    # Where nothing stands in front every sun is visible, from the open part of the patch.
-    free = np.flatnonzero(watch.unobstructed)
-    open_share = 1 - watch.covered[free].mean(axis=1, dtype=np.float32)
-    aoi_projection = projection_in_front(patches.normal[free], directions)
-    bits[:, free] = np.where(aoi_projection > 0, (1 << min(m, WORD)) - 1, 0)[:, None]
-    weight[free] *= open_share
-    step = max(1, min(POINTS_PER_TASK // m, -(-int(looking.sum()) // watch.threads)))
+    turns, weight = weigh_points(watch)
+    bits = np.zeros((watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16)
+    see_all(watch, np.flatnonzero(watch.unobstructed), directions, bits)
+    ray_count, every = 0, np.ones((1, len(directions)), bool)
+    step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
     tasks = []
-    for many in np.unique(turns[looking]):
-        rows = np.flatnonzero(looking & (turns == many))
+    for many in np.unique(turns[watch.traced]):
+        rows = np.flatnonzero(watch.traced & (turns == many))
         if many > 1:  # several patches share a packet of rays then, and should lie side by side
             east, north, _ = patches.corner[rows].T
             rows = rows[np.lexsort([north, np.floor(east / STRIP)])]
         in_turns = SunsInTurns(suns, first_sun, int(many))
         tasks += [(rows[start : start + step], in_turns) for start in range(0, len(rows), step)]
-    found = map_in_order(lambda task: trace_in_turns(watch, *task, bits, asked), tasks, watch.threads)
+    found = map_in_order(lambda task: trace_in_turns(watch, *task, bits, every), tasks, watch.threads)
     done, whole = 0, sum(len(chosen) / in_turns.turns for chosen, in_turns in tasks)
     for (chosen, in_turns), sent in zip(tasks, found, strict=True):
         ray_count += sent
         done += len(chosen) / in_turns.turns
         report(done / whole, ray_count)
     return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
+
+
+def weigh_points(watch):
+    """How many points each one that looks at a sun stands for, (p,) int, and its part of the visible share, (p,)."""
+    turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
+    weight = (turns / watch.point_count).astype(np.float32)
+    # Where nothing stands in front every sun is visible, from the open part of the patch.
+    free = np.flatnonzero(watch.unobstructed)
+    weight[free] *= 1 - watch.covered[free].mean(axis=1, dtype=np.float32)
+    return turns, weight
+
+
+def see_all(watch, rows, directions, bits):
+    """Set the bits, (states, p, words, s), of some patches for all suns in front of them."""
+    aoi_projection = projection_in_front(watch.patches.normal[rows], directions)
+    bits[:, rows] = np.where(aoi_projection > 0, (1 << min(watch.point_count, WORD)) - 1, 0)[:, None]
 
 
 def check_watch(watch, suns):
@@ -197,7 +204,7 @@ def check_watch(watch, suns):
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
 
 
-def trace_in_turns(watch, chosen, suns, bits, asked=None):
+def trace_in_turns(watch, chosen, suns, bits, asked):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
@@ -208,8 +215,8 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
     suns : SunsInTurns
     bits : (states, p, words, s) uint16
         Written: the rows of these patches.
-    asked : (p, s) bool, optional
-        Which suns each patch looks at; all if not given.
+    asked : (c, s) or (1, s) bool
+        Which suns each of them looks at.
 
     Returns
     -------
@@ -235,7 +242,7 @@ def trace_in_turns(watch, chosen, suns, bits, asked=None):
         aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
         in_front = aoi_projection > 0
         wanted = np.ones(in_front.shape, bool) if watch.behind else in_front
-        wanted = wanted if asked is None else wanted & asked[chosen, first::turns]
+        wanted = wanted & asked[:, first::turns]
         free = watch.ray_scene.trace_shadow_states(places, wanted, directions[first::turns])
         ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
         columns = np.arange(first, len(directions), turns)

@@ -111,11 +111,10 @@ def prepare_gather(prepared, request, progress):
     )
 
 
-def trace_all(context, known=None):
+def trace_all(context):
     """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each.
 
     The same in each state of trees: list of Traced.
-    With `known`, of `edit_light.Known`, the rows that an edit of the city leaves as they are are not traced.
     """
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (
@@ -131,11 +130,7 @@ def trace_all(context, known=None):
         nonlocal done
         for one in found:
             one.samples[chosen] = count
-        left = chosen if known is None else chosen & ~known.put(found, chosen)
-        done += count * int((chosen & ~left).sum())
-        if done:
-            context.progress(STAGE, done, most, "rays")
-        for parts in trace_rows(context, np.flatnonzero(left), count):
+        for parts in trace_rows(context, np.flatnonzero(chosen), count):
             for one, part in zip(found, parts, strict=True):
                 one.put(part)
             done += count * (len(parts[0].rows) + len(parts[0].dark))
@@ -145,8 +140,7 @@ def trace_all(context, known=None):
         context.progress(STAGE, 0, most, "rays")
     trace(full, every)
     if plan.receivers is not None and plan.reflections:
-        filled = [measure_filled(one.form_factors, patches.area) for one in found]
-        found[0].filled = np.maximum.reduce(filled)
+        measure_filled(context, found)
     trace(sends & ~full, fewer)
     if done < most:
         context.progress(STAGE, most, most, "rays")
@@ -157,6 +151,16 @@ def trace_all(context, known=None):
         if not context.keeps:
             one.element_far_ground = one.open_share = None
     return found
+
+
+def ask_samples(context):
+    """Hemisphere rays that the plan asks of each patch: (p,) int32; 0: none."""
+    samples = context.request.samples
+    every, fewer = (
+        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
+    )
+    sends = context.patches.receives & ~context.known
+    return np.where(sends, np.where(context.full, every, fewer), 0).astype(np.int32)
 
 
 def hits_of_patches(form_factors, weigh=lambda rows: np.ones(len(rows.chosen))):
@@ -171,12 +175,18 @@ def hits_of_patches(form_factors, weigh=lambda rows: np.ones(len(rows.chosen))):
     return hits
 
 
-def measure_filled(form_factors, area):
-    """Share of each patch's hemisphere that patches which sent rays fill, by reciprocity: (p,) float32."""
-    seen = hits_of_patches(
-        form_factors, lambda rows: np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA))
-    )
-    return np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0).astype(np.float32)
+def measure_filled(context, traced):
+    """Find, by reciprocity, which share of each patch's hemisphere receivers fill: written to the first Traced."""
+    area, full, filled = context.patches.area, context.full, []
+    for one in traced:
+        seen = hits_of_patches(
+            one.form_factors,
+            lambda rows: np.where(
+                full[rows.chosen], np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA)), 0
+            ),
+        )
+        filled.append(np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0))
+    traced[0].filled = np.maximum.reduce(filled).astype(np.float32)
 
 
 def fill_closed_forms(context, traced):

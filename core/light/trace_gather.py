@@ -17,10 +17,10 @@ from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
 from .kept_matrix import cover_of_surfaces
 from .measure_cover import average_room, list_clearances, measure_room_of_patches
-from .prepare_scene import BaseTooSmallError, PreparedScene, check_tracing, prepare_scene
+from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
-from .solve_suns import LOOKING, SunLight, SunTask, light_of_first_days, look_at_all, prepare_suns, solve_suns
+from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
 from .sun_blocks import check_room
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
@@ -101,52 +101,32 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     return trace_light(prepared, suns, request, progress, folder, specular=specular).transfer
 
 
-def trace_light(prepared, suns, request, progress, folder=None, *, specular=None, known=None):
-    """The same for a prepared scene and unchecked suns: TracedCity.
-
-    With `known`, of `edit_light.Known`, only what an edit of the city changes is traced.
-    """
+def trace_light(prepared, suns, request, progress, folder=None, *, specular=None):
+    """The same for a prepared scene and unchecked suns: TracedCity."""
     clock = Clock()
     check_room(prepared, suns, request)
     context = prepare_gather(prepared, request, progress)
     plan, ray_scene = context.plan, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
-    traced = trace_all(context, known)
+    traced = trace_all(context)
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
-    task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain), known), None
-    if plan.reflections and not plan.max_bounces and (known or not context.bounces):
-        asked, left = choose_bounces(prepared, context, traced[0], task)
+    task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    if plan.reflections and not context.bounces:
+        context.bounces, left = choose_bounces(prepared, context, traced[0], task)
         clock.lap("number of reflections")
-        if known and asked > context.bounces:
-            words = f"asks for {asked} reflections, {context.bounces} were traced"
-            raise BaseTooSmallError(words, {"max_bounces": asked})
-        left, context.bounces = (None, context.bounces) if known else (left, asked)
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
     lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
-    if known and known.preview:
-        look_at_all(context, traced, task)
-
-        def report(_):
-            progress(LOOKING, len(task.suns), len(task.suns), "suns")
-
-        for one, light, annual in zip(traced, lights, task.annual, strict=True):
-            report(0)
-            light[SUNS] = solve_annual(context, one, annual, report)
-            known.preview(light[SKY_DOME].mean, light[SUNS].mean)
-        clock.lap("preview")
     direct = solve_suns(context, traced, task, hooks, folder=folder)
     for one, light, hook, suns_light in zip(traced, lights, hooks, direct, strict=True):
-        light[SUNS] = light.get(SUNS) or solve_annual(context, one, suns_light.annual)
+        light[SUNS] = solve_annual(context, one, suns_light.annual)
         if hook:
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
-    lengths = list_clearances(request)
-    how = {"clearances": lengths, "threads": context.threads, "known": known and known.room(lengths)}
+    how = {"clearances": list_clearances(request), "threads": context.threads}
     room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced[0].covered, **how)
     clock.lap("room for modules")
-    task.known = task.annual = None
     found = TracedCity(prepared, context, task, [], room)
     common = tell_work(context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before)
     common["interrupted"] = note_interruption(direct[0].kept, len(suns))

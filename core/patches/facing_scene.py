@@ -35,12 +35,13 @@ class FacingScene(LeafyScene):
     """
 
     def __init__(self, scene, patches, threads=1):
-        own = len(patches) if scene.back_of is None else int((scene.back_of < 0).sum())
-        super().__init__(scene.vertices, scene.triangles[:own])
-        corners = np.asarray(scene.vertices, float)[scene.triangles[:own]]
-        self.coincident = find_coincident(corners, patches.offset[:own], threads)
-        self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")
-        self._other_side = patches.other_side if own < len(patches) else None
+        # Rays hit a sheet, not its back: triangles without area are hit by none.
+        backs = np.zeros(len(patches), bool) if scene.back_of is None else scene.back_of >= 0
+        triangles = np.where(backs[:, None], scene.triangles[:, :1], scene.triangles)
+        super().__init__(scene.vertices, triangles)
+        corners = np.asarray(scene.vertices, float)[triangles]
+        self.coincident = find_coincident(corners, patches.offset, threads)
+        self._other_side = patches.other_side if backs.any() else None
         self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
         if len(self.coincident):
             self.coincident = drop_hidden(self, patches, self.coincident, threads)

@@ -116,7 +116,6 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
         np.negative(height, where=turned, out=height)
     rays, own = (origins.reshape(-1, 3), directions.reshape(-1, 3)), np.repeat(chosen, u.shape[1])
     places = ray_scene.trace_places(*rays)
-    ray_scene.note(patches, own, rays, places)
     hit = places.triangle.reshape(u.shape)
     fate = np.empty(hit.shape, np.uint8)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
@@ -214,7 +213,6 @@ def trace_vote(ray_scene, patches, places, shifts):
     origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
     rays = origins.reshape(-1, 3), directions.reshape(-1, 3)
     hits = ray_scene.trace_as_drawn(*rays)
-    ray_scene.note(patches, np.repeat(own, RAYS), rays, hits)
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
     gone, upwards = hits.triangle < 0, directions[..., 2] > 0
     return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards

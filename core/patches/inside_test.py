@@ -87,8 +87,7 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
         origins = origins + ahead if turn == 0 else origins
-        met, b1, b2 = places = ray_scene.trace_places(origins, directions)
-        ray_scene.note(patches, owner[point], (origins, directions), places)
+        met, b1, b2 = ray_scene.trace_places(origins, directions)
         back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
         gone, upwards = met < 0, directions[:, 2] > 0
         for number, which in enumerate((back, gone & upwards, gone & ~upwards)):

@@ -35,7 +35,6 @@ class RayScene:
 
     canopy = None  # city.canopy.Canopy of scenes with trees
     whole = None  # of a part of a city: its tree, patches of all triangles, and which of these the part has
-    trail = None  # of cover: Trail of a city that can be edited
 
     def __init__(self, vertices, triangles, engine=None):
         vertices, triangles = check_triangles(vertices, triangles)
@@ -137,11 +136,6 @@ class RayScene:
     def trace_shadow_states(self, position, wanted, directions):
         """The same in each state of trees: (states, c, s, m) bool."""
         return self.trace_shadow_rays(position, wanted, directions)[None]
-
-    def note(self, patches, owner, rays, places):
-        """Add rays to the trail, if there is one; parameters as of `Trail.note`."""
-        if self.trail is not None and len(owner):
-            self.trail.note((patches.corner, patches.edges), owner, rays, places)
 
     @contextmanager
     def _timed(self):

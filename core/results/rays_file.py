@@ -5,6 +5,7 @@ that a file cannot bring code along.
 """
 
 import json
+import shlex
 import shutil
 import tempfile
 import weakref
@@ -20,24 +21,24 @@ from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Crowns, Scene, Site, Surfaces
 from ..city.terrain import Layer, Terrain
 from ..light.annual_light import Annual
+from ..light.compact_city import compact_city
 from ..light.editable_city import Decisions
 from ..light.form_factors import FormFactors, Rows
 from ..light.light_errors import LightError
 from ..light.solve_light import Light
 from ..light.solve_suns import SunLight
 from ..light.traced import FirstLight, Traced
-from ..rays.trail import Trail
 from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError, blame_file, build_from, parsing
-from ..settings.request import Request
+from ..settings.request import Request, write_options
 from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays 5"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 2"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (Lattice, Trail, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
+TYPES += (Lattice, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 GONE = ("unseen_share",)  # fields that files of version 0.2 have
@@ -55,7 +56,7 @@ class KeptRays:
     names: dict  # of these settings: the files that were given
     decisions: Decisions
     traced: dict  # of `keep_traced`
-    trail: Trail
+    drift: float  # as of EditableCity
 
 
 def write_rays(path, base, city, names=None):
@@ -75,7 +76,7 @@ def write_rays(path, base, city, names=None):
     InputError
         Materials have no file.
     """
-    request = base.request
+    base, request = compact_city(base), base.request
     if request.materials:
         raise InputError("--editable", "materials were given in Python alone", "give them by --albedo-file")
     files = {}
@@ -91,7 +92,7 @@ def write_rays(path, base, city, names=None):
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
-        "trail": base.trail,
+        "drift": base.drift,
         "traced": keep_traced(base.city),
     }
     arrays, found = [], {}
@@ -116,7 +117,7 @@ def keep_traced(city):
         }
         for one in city.states
     ]
-    return {"bits": city.task.bits, "room": city.room, "states": states}
+    return {"bits": city.task.bits, "turns": city.task.watch.turns, "room": city.room, "states": states}
 
 
 def read_rays(folder):
@@ -134,7 +135,8 @@ def read_rays(folder):
         refuse_links(path)
     with parsing(path, "cannot be read", CURE), h5netcdf.File(path) as file:
         if file.attrs.get("title") != FORMAT:
-            raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
+            problem = f"is of another version, not of {FORMAT!r}"
+            raise InputError(path, problem, f"trace the city again: {command_again(folder)}")
         text = np.asarray(file["content"][:]).tobytes()
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")
@@ -152,6 +154,22 @@ def read_rays(folder):
         own.write_bytes(data.tobytes())
         setattr(request, name, str(own))
     return kept
+
+
+def command_again(folder, changes=()):
+    """The command that computes a result folder again so that it can be edited, from its summary.json: str.
+
+    `changes` are settings by name that are to be other ones.
+    """
+    try:
+        summary = json.loads((Path(folder) / "summary.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        return f"citypv simulate CITY --editable --overwrite --out {shlex.quote(str(folder))}"
+    files = " ".join(shlex.quote(str(file)) for file in summary["input"]["report"]["files"])
+    options = write_options(summary["settings"] | dict(changes))
+    return " ".join(
+        filter(None, ["citypv simulate", files, options, "--editable --overwrite --out", shlex.quote(str(folder))])
+    )
 
 
 def encode(value, arrays):

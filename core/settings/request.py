@@ -5,6 +5,7 @@ A field of `Request` states a setting's default, unit, range and meaning. The op
 made from these declarations: a new setting is one entry here.
 """
 
+import shlex
 from dataclasses import asdict, dataclass, fields, replace
 from typing import get_args
 
@@ -218,6 +219,28 @@ def option_of(name):
     """How a setting is written on the command line: `--max-bounces`."""
     details = next(details for found, _, details in declared_settings() if found == name)
     return details.option or "--" + name.replace("_", "-")
+
+
+def write_options(values):
+    """Settings, by name, that are not the default, as they are written on the command line: str."""
+    words = []
+    for name, default, details in declared_settings():
+        value = values.get(name, default)
+        if details.option == "" or value == default or value in ([], (), {}):
+            continue
+        words.append(option_of(name))
+        if isinstance(value, dict):
+            words += [f"{key}={show_switch(one)}" for key, one in value.items()]
+        elif isinstance(value, list | tuple):
+            words += [str(one) for one in value]
+        elif details.kind != "flag":
+            words.append(show_switch(details.none if value is None else value))
+    return " ".join(map(shlex.quote, words))
+
+
+def show_switch(value):
+    """A value in the words of the command line: on and off of a switch."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 
 
 def check_request(request):

@@ -23,12 +23,12 @@ HOURS = "full_load_hours"
 
 
 class UpdateCity(OfCity, Step, bpy.types.Operator):
-    """Compute the city as it is seen now: only what the edit touches is traced, with the numbers of a full run"""
+    """Compute the city as it is seen now: only what the edit changes is traced"""
 
     bl_idname, bl_label = "citypv.update", "Update"
     bl_options = set()  # it is no step of undo: undo takes back the edit
-    stages = {"building the scene": 5, "comparing rays": 7, "sky and reflections": 3, "reflections of the sky": 4}
-    stages |= {"annual light of the suns": 1, "suns": 9, "electricity": 3}
+    stages = {"building the scene": 1, "what the change reaches": 8, "reflections of the sky": 4, "suns": 2}
+    stages |= {"electricity": 3}
     tried = None  # state of the city that was asked for last, until it is computed or the city is another one
 
     @classmethod
@@ -54,23 +54,25 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
-        from ...core.light.edit_light import edit_light
+        from ...core.city.written_scene import written_scene
+        from ...core.light.change_light import trace_change
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import stand_edited
+        from ...core.study import change_scene
 
         session, seen, request, state, known, before, found = task
         if known is None:
             base = session.base
             imported, city = seen.make()
-            scene = stand_edited(city, base, base.request, progress)
+            change = change_scene(base, session.city, city, base.request, progress)
+            scene = written_scene(change.scene, change.rows)
 
             def preview(*light):
                 if session.energy is not None and found.empty():
                     draft = Session(city=city, imported=imported, scene=scene, base=base)
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
-            edited = edit_light(base, scene, progress, preview=preview)
+            edited = trace_change(base, change, progress=progress, preview=preview)
             known = Session(city, imported, scene, transfer=edited.transfer, base=edited, state=state)
             findings = list_findings(scene, edited.transfer.covered_share)
             traced = known, known, findings, (describe_albedo(scene, base.request), [])
@@ -144,7 +146,7 @@ def estimate_hours(session, scene, light):
     scene : core.city.scene.Scene
         n surfaces of the edited city.
     light : tuple of two (n,) float64
-        Of its surfaces, per DHI and per DNI, of `core.light.edit_light`.
+        Of its surfaces, per DHI and per DNI, of `core.light.change_light`.
 
     Returns
     -------
@@ -152,7 +154,8 @@ def estimate_hours(session, scene, light):
         NaN for surfaces that carry no modules.
     """
     hours = np.array(session.energy.full_load_hours)
-    before, known = session.base.city.states[0].of_surfaces, np.isfinite(hours)
+    before = session.base.city.states[0].of_surfaces[session.base.rows]
+    known = np.isfinite(hours)
     worth = np.linalg.lstsq(before[known], hours[known], rcond=None)[0]
     row = {name: place for place, name in enumerate(session.transfer.surfaces.surface_id)}
     rows = np.array([row.get(name, -1) for name in scene.surfaces.surface_id])

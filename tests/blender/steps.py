@@ -4,8 +4,9 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.editable_city import prepare_decided
-from citypv.core.study import stand_city, trace_scene
+from citypv.core.study import trace_scene
 from citypv.operators.session import find_city, find_session
 
 
@@ -69,16 +70,20 @@ def add_tower(x=5.0):
 
 
 def trace_anew(session):
-    """The city of a session in a full run, at the same place and with the same decisions."""
-    base = session.base
+    """The city of a session in a full run, at the same place and with the same decisions; its ground is laid anew."""
+    base, scene = session.base, session.base.scene
     request = base.request
-    scene = stand_city(session.city, request, like=base.scene)
+    options = SceneOptions(sectors=request.sectors, site=scene.site, lattice=scene.lattice)
+    scene = build_scene(session.city, ground=request.ground, patch_size=request.patch_size, options=options)
     return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
 
 
 def assert_full_run(session):
-    """The light is that of a full run of the edited city."""
+    """The light is that of a full run of the edited city, but for the ground, which an edit leaves as it lies."""
     expected = trace_anew(session)
     assert expected.surfaces.surface_id == session.transfer.surfaces.surface_id
-    assert session.transfer.visible_share == pytest.approx(expected.visible_share)
-    assert session.transfer.diffuse_relative == pytest.approx(expected.diffuse_relative)
+    assert session.transfer.visible_share == pytest.approx(expected.visible_share, abs=0.13)
+    assert np.abs(session.transfer.visible_share - expected.visible_share).mean() < 0.002
+    error = np.maximum(expected.diffuse_relative_standard_error, 1e-4)
+    apart = (session.transfer.diffuse_relative - expected.diffuse_relative) / error
+    assert np.sqrt((apart**2).mean()) < 1.1

@@ -56,8 +56,8 @@ def move_tower(window):
 def undo_move(window, row):
     """Undo the last move: the results of the place before are there again, without tracing."""
     window.ask(
-        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.light.edit_light')\n"
-        "space = bpy.app.driver_namespace; space['edit_light'] = trace.edit_light; trace.edit_light = None"
+        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.light.change_light')\n"
+        "space = bpy.app.driver_namespace; space['trace_change'] = trace.trace_change; trace.trace_change = None"
     )
     place = window.ask("answer = bpy.data.objects['tower'].location.x")
     for _ in range(3):  # clicks in the sidebar are steps of undo as well
@@ -68,6 +68,6 @@ def undo_move(window, row):
     assert window.ask("answer = bpy.data.objects['tower'].location.x") == place + 3
     assert read_sums(window) == row
     window.ask(
-        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.light.edit_light').edit_light = "
-        "bpy.app.driver_namespace['edit_light']"
+        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.light.change_light').trace_change = "
+        "bpy.app.driver_namespace['trace_change']"
     )

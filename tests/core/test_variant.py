@@ -2,8 +2,10 @@
 
 import runpy
 import shlex
+import shutil
 from pathlib import Path
 
+import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -16,11 +18,11 @@ import citypv
 from citypv.__main__ import main
 from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city, place_local
+from citypv.core.commands.command_line import build_parser
 from citypv.core.results.rays_file import encode, read_rays
 
 FEW = {"weather": "clear-sky", "samples": 64, "shadow_samples": 16, "suns": "days:2", "threads": 1}
 OPTIONS = [part for name, value in FEW.items() for part in (f"--{name.replace('_', '-')}", str(value))]
-COLUMNS = ["full_load_hours", "diffuse_relative_standard_error", "sky_view_factor", "covered_share", "diffuse_relative"]
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,19 @@ def trace_anew(folder, name, houses, **more):
     return citypv.simulate(path, **FEW | told)
 
 
+def check_run(found, expected):
+    """Hours are those of a run of the edited files, whose ground is laid anew, within the error that this states."""
+    assert set(found.index) == set(expected.index)
+    found = found.loc[expected.index]
+    error = np.maximum(expected["full_load_hours_standard_error"], 1e-3)
+    apart = (found["full_load_hours"] - expected["full_load_hours"]) / error
+    assert np.sqrt((apart**2).mean()) <= 1.1
+    area = expected["area"].where(expected["full_load_hours"].notna(), 0)
+    totals = [(area * one["full_load_hours"].fillna(0)).sum() for one in (found, expected)]
+    assert abs(totals[0] - totals[1]) <= np.sqrt(((area * error.fillna(0)) ** 2).sum())
+    assert found["covered_share"].to_numpy() == pytest.approx(expected["covered_share"].to_numpy(), abs=0.02)
+
+
 A, B, C = house("a", (0, 0), (12, 10, 8)), house("b", (20, -3), (10, 14, 14)), house("c", (2, 24), (14, 9, 6))
 EDITS = {
     "a tower": (["--add", "tower.gml"], A + B + C + house("tower", (0, -16), (12, 10, 40))),
@@ -60,8 +75,8 @@ def test_the_results_of_a_run_of_the_edited_city(name, folder, monkeypatch):
     assert main(["variant", "base", *options, "--out", "out", "--overwrite", "--quiet"]) == 0
     expected = trace_anew(folder, "edited", houses).faces.set_index("surface_id")
     found = citypv.read_results("out").faces.set_index("surface_id")
-    assert set(found.index) == set(expected.index)
-    np.testing.assert_allclose(found.loc[expected.index, COLUMNS], expected[COLUMNS], rtol=1e-5)
+    check_run(found, expected)
+    assert list(found.index) == list(pd.read_csv("out/faces.csv")["surface_id"])
     change = citypv.compare("base", "out").surfaces.query("state == 'existing'").dropna(subset="full_load_hours_after")
     error, difference = change["full_load_hours_change_standard_error"], change["full_load_hours_change"]
     own = pd.read_csv("out/faces.csv").set_index("surface_id")["full_load_hours_standard_error"]
@@ -80,7 +95,7 @@ def test_in_python(folder):
 
 
 def test_a_building_at_several_heights(folder, tmp_path):
-    """What the example's building gains and the others lose are differences of full runs."""
+    """What the example's building gains and the others lose are differences of full runs, to a hundredth."""
     example = runpy.run_path(str(Path(citypv.__file__).parent / "examples/tower_heights.py"))
     base = citypv.read_results(folder / "base")
     table = example["raise_in_steps"](base, "a", [0, 20])
@@ -88,7 +103,7 @@ def test_a_building_at_several_heights(folder, tmp_path):
     full = trace_anew(folder, "higher", house("a", (0, 0), (12, 10, 28)) + B + C)
     change = (full.buildings.set_index("building_id") - base.buildings.set_index("building_id"))["mwh_per_year"]
     others = change.drop("a").sum()
-    np.testing.assert_allclose(table.loc[20, ["gain", "loss"]], [change["a"], -others], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(table.loc[20, ["gain", "loss"]], [change["a"], -others], rtol=0.01, atol=0.01)
     assert others < -table.loc[20, "loss_error"] < 0
     example["draw_heights"](table, tmp_path / "heights.png")
     assert plt.imread(tmp_path / "heights.png").std() > 0
@@ -106,8 +121,7 @@ def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
     expected = trace_anew(folder, "white", A + B + C).faces.set_index("surface_id")
     (folder / "before.csv").replace(folder / "kept.csv")
     found = citypv.read_results("back")
-    hours = found.faces.set_index("surface_id").loc[expected.index, "full_load_hours"]
-    np.testing.assert_allclose(hours, expected["full_load_hours"], rtol=1e-3)  # moved corners are rounded
+    check_run(found.faces.set_index("surface_id"), expected)
     assert found.summary["settings"]["albedo_file"].endswith("albedo.csv")
 
 
@@ -124,6 +138,20 @@ def test_refused_with_one_line(arguments, words, folder, monkeypatch, refused):
     (folder / "local.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 5\nf 1 2 3\n")
     assert words in refused("variant", *arguments, "--out", "refused", "--quiet")
     assert not (folder / "refused").exists()
+
+
+def test_rays_of_an_earlier_version_are_refused_with_the_command_that_traces_again(folder, tmp_path):
+    """The whole command, with the files and settings of its summary."""
+    shutil.copytree(folder / "base", tmp_path / "old")
+    with h5py.File(tmp_path / "old" / "rays.nc", "a") as file:
+        file.attrs["title"] = "CityPV rays 5"
+    with pytest.raises(citypv.InputError) as refusal:
+        read_rays(tmp_path / "old")
+    words = shlex.split(str(refusal.value).partition("trace the city again: ")[2])
+    assert words[:2] == ["citypv", "simulate"] and words[2].endswith("small.gml")
+    parsed = vars(build_parser().parse_args(words[1:]))
+    assert parsed["samples"] == 64 and parsed["suns"] == "days:2" and "--editable" in words
+    assert parsed["albedo_file"].endswith("albedo.csv")
 
 
 @pytest.mark.parametrize("rise", [-6, -6.5, -50])
@@ -158,7 +186,7 @@ def test_a_flipped_bit_is_refused_or_changes_nothing(folder, tmp_path):
             refused += 1
         else:
             assert told == whole
-    assert refused > count / 3
+    assert refused > count / 6  # much of so small a file is empty
 
 
 def test_local_trees_and_buildings_stand_by_the_origin(folder):
@@ -215,4 +243,4 @@ def test_a_base_of_another_sky_is_refused(tmp_path, monkeypatch, capfd):
     assert main(["variant", "base", "--add", high, "--out", "out", "--quiet"]) == 2
     told = capfd.readouterr().err
     assert "asks for the perez sky" in told and "--sky perez" in told
-    assert told.rstrip().endswith("--out base --overwrite --editable")
+    assert told.rstrip().endswith("--editable --overwrite --out base")

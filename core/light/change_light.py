@@ -1,0 +1,348 @@
+"""Light of an edited city by the change alone.
+
+    rays      of all patches are made again and cut with boxes around the change; where one ends at another triangle
+              the row of its patch is traced anew, as are rows of new patches and of those that are near
+    shadows   each patch looks again at the suns before which a changed triangle stands
+    light     of the sky and of the suns' sum is solved on these rows; of single suns the first reflection of the
+              change is exact, and further ones have the pattern that the base's have over the suns
+
+The edited scene traced wholly, with the same keys, gives the same rows, bits and sums. What no change reaches keeps
+its numbers.
+"""
+
+from dataclasses import fields, is_dataclass, replace
+
+import numpy as np
+
+from ..effects.beyond_scene import sky_of_surfaces
+from ..settings.errors import InputError
+from ..settings.progress import Clock, silent
+from ..settings.threads import map_in_order
+from ..sun.horizon import without_hidden
+from .annual_light import solve_annual, sum_suns
+from .change_rays import find_changed_rows, find_shadowed
+from .change_suns import Edit, change_suns, with_first_days
+from .compact_city import compact_city
+from .editable_city import EditableCity, prepare_decided
+from .form_factors import LARGEST_KEY, FormFactors, leave_rows
+from .measure_cover import find_cover, list_clearances, measure_room_of_patches
+from .prepare_scene import BaseTooSmallError, build_tree
+from .shadow_points import KnownPoints, find_points
+from .solve_radiosity import element_factors
+from .solve_suns import SunLight, prepare_suns
+from .sun_blocks import block_of_suns
+from .sun_visibility import Shadows, SunsInTurns, see_all, trace_in_turns, weigh_points
+from .trace_all import ask_samples, fill_closed_forms, measure_filled, prepare_gather
+from .trace_gather import (
+    SUNS,
+    TracedCity,
+    TracedState,
+    choose_bounces,
+    make_transfer,
+    solve_skies,
+    tell_work,
+)
+from .trace_hemisphere import trace_rows
+from .traced import SKY_DOME, empty_traced, no_light
+from .transfer import variance_of_mean
+
+STAGE = "what the change reaches"
+MOST_GONE = 0.1  # of the surfaces; when more are gone all get new numbers
+ROUNDING = 2.0**-22  # of light: what changes by less is the same in single precision
+
+
+def trace_change(base, change, request=None, progress=silent, preview=None):
+    """Trace an edited city from a traced one.
+
+    Parameters
+    ----------
+    base : EditableCity
+    change : SceneChange
+        Of its scene.
+    request : Request, optional
+        With other materials than the base's.
+    progress : callable, optional
+        See `core.progress`.
+    preview : callable, optional
+        `preview(diffuse, direct)` gets the light of the edited city's surfaces per DHI, and per DNI as the sum over the
+        suns by their weights, both (k,), before each sun is solved; with deciduous trees first in leaf, then bare.
+
+    Returns
+    -------
+    EditableCity
+
+    Raises
+    ------
+    CancelledError
+    InputError
+        The base was interrupted, the city asks for another sky or for more reflections, or it has more patches than
+        what rays met can name.
+    """
+    if base.city.transfer.record.interrupted:
+        raise InputError("the base", "its run was interrupted", "trace it again, to the end")
+    clock, old, request = Clock(), base.city, request or base.request
+    sky, has = sky_of_surfaces(request, change.scene.surfaces), base.decisions.plan["sky"]
+    if sky != has:
+        raise BaseTooSmallError(f"asks for the {sky} sky, the {has} one was traced", {"sky": sky})
+    prepared = build_tree(prepare_decided(base.decisions, change.scene, request, progress), request)
+    prepared = replace(prepared, editable=True)
+    context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
+    clock.lap("plan and tree")
+    progress(STAGE, 0, 3, "steps")
+    edit = _trace_rows(old, context, change, progress)
+    clock.lap("sky and reflections")
+    _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
+    progress(STAGE, 3, 3, "steps")
+    clock.lap("shadows")
+    if context.reflections and not context.plan.max_bounces:
+        asked, _ = choose_bounces(prepared, context, edit.traced[0], with_first_days(edit.task))
+        if asked > context.bounces:
+            words = f"asks for {asked} reflections, {context.bounces} were traced"
+            raise BaseTooSmallError(words, {"max_bounces": asked})
+    specular = base.specular(prepared)
+    for state, traced in enumerate(edit.traced):
+        hook, annual = specular and specular(context, traced, state), _sum_annual(edit, state)
+        light = solve_skies(context, traced, hook, clock)
+        light[SUNS] = solve_annual(context, traced, annual)
+        if preview:
+            preview(light[SKY_DOME].mean[change.rows], light[SUNS].mean[change.rows])
+        edit.hooks.append(hook)
+        edit.lights.append(light)
+        edit.direct.append(SunLight(None, None, len(base.suns), annual=annual))
+    clock.lap("annual light")
+    drift = change_suns(edit, base.drift)
+    clock.lap("suns")
+    city = _make_city(edit, prepared, base.suns, clock, change)
+    edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
+    gone = len(context.surfaces) - len(change.rows)
+    return compact_city(edited) if gone > MOST_GONE * len(change.rows) else edited
+
+
+def _make_city(edit, prepared, suns, clock, change):
+    """TracedCity with the Transfer of the edited city, where what no change reaches has the numbers of before."""
+    context, room = edit.context, _measure_room(edit, prepared.scene)
+    city = TracedCity(prepared, context, edit.task, [], room)
+    counts = edit.traced[0].ray_count, edit.looked * context.points
+    common = tell_work(context, counts, clock, 0.0) | {"interrupted": None}
+    for state, parts in enumerate(zip(edit.traced, edit.lights, edit.direct, strict=True)):
+        made, before = TracedState(*parts, transfer=None), edit.state_before(state)
+        if any(edit.hooks):
+            error = made.lights[SUNS].error
+            error.own = error.own + variance_of_mean(made.direct.specular.T)
+        made.transfer = make_transfer(city, made, suns, common, None)
+        _keep_numbers(before, made, _unreached(before, made, edit, change))
+        if made.traced.form_factors is not None:
+            made.traced.form_factors.links = None  # large
+        city.states.append(made)
+        common |= {"seconds": {}, "processor_seconds": {}}
+    return city
+
+
+def _continue_gather(context, old):
+    """The context with the elements by which hits of the city before are named.
+
+    Raises
+    ------
+    InputError
+        Keys have no room for so many patches.
+    """
+    count, most = len(context.patches), LARGEST_KEY + 1
+    if context.reflections and count * old.elements * old.starts * 4 > most:
+        problem = f"has {count:,} patches, too many for what the base's rays met"
+        raise InputError("the edited city", problem, "trace it by citypv simulate --editable")
+    return replace(context, elements=old.elements, starts=old.starts)
+
+
+def _trace_rows(old, context, change, progress):
+    """What the rays of the edited city met: Edit."""
+    patches, first, states = context.patches, change.first, context.ray_scene.states
+    before = [old.states[min(state, len(old.states) - 1)].traced for state in range(states)]
+    count, sent = len(patches), before[0].samples
+    samples = ask_samples(context)
+    todo = change.near.copy()
+    todo[first:] = True
+    todo[:first] |= samples[:first] != sent
+    # All other rows are asked whether one of their rays ends elsewhere now.
+    rest = np.flatnonzero(~todo[:first] & (sent > 0) & ~before[0].covered.all(axis=1))
+    reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
+    progress(STAGE, 1, 3, "steps")
+    todo[reached] = True
+    todo &= patches.receives
+    covered = _find_cover(context, before[0].covered, todo)
+    dead = np.flatnonzero(~patches.receives)
+    lost = todo.copy()
+    lost[dead] = True
+    traced = []
+    for one in before:
+        new = empty_traced(context)
+        _copy_rows(new, one, first)
+        new.ray_count = dict.fromkeys(new.first, 0)
+        if context.reflections:
+            kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in one.form_factors.rows]
+            new.form_factors = FormFactors([kept], count, context.elements, np.zeros(count, np.int32), context.starts)
+            new.form_factors.rays[:first] = np.where(lost[:first], 0, one.form_factors.rays)
+        new.samples[todo] = samples[todo]
+        for light in new.first.values():
+            light.put(dead, no_light(len(dead), context.elements))
+        new.far_ground[dead], new.element_far_ground[dead], new.open_share[dead] = 0, 0, 0
+        new.covered[dead], new.samples[dead] = True, 0
+        traced.append(new)
+    for number in np.unique(samples[todo & (samples > 0)]):
+        rows = np.flatnonzero(todo & (samples == number))
+        for parts in trace_rows(replace(context, covered=covered), rows, int(number)):
+            for one, part in zip(traced, parts, strict=True):
+                one.put(part)
+    for one in traced:
+        fill_closed_forms(context, one)
+        if context.reflections:
+            one.factor = element_factors(context, one)
+    if context.plan.receivers is not None and context.reflections:
+        measure_filled(context, traced)
+    progress(STAGE, 2, 3, "steps")
+    return Edit(old, context, traced, todo)
+
+
+def _find_cover(context, known, todo):
+    """Which cells of patches are covered in the edited city: (p, c) bool.
+
+    Patches to be traced anew, `todo`, (p,) bool, are asked. Whether a place is enclosed may follow from what rays meet
+    after several faces: where it changes, the rest of the surface is asked too, and what changes is added to `todo`.
+    """
+    patches, owner = context.patches, context.owner
+    covered = np.concatenate([known, np.zeros((len(patches) - len(known), known.shape[1]), bool)])
+    asked = todo.copy()
+    while asked.any():
+        found = find_cover(context.ray_scene, patches, asked, context.threads)
+        turned = asked & (found != covered).any(axis=1)
+        covered[asked] = found[asked]
+        todo |= turned
+        old = turned[: len(known)]
+        also = np.isin(owner, np.unique(owner[: len(known)][old & (owner[: len(known)] >= 0)]))
+        asked = also & patches.receives & ~todo & ~asked
+    return covered
+
+
+def _copy_rows(new, old, count):
+    """Copy what is known of the first patches from one Traced, or a part of it, to another."""
+    for one in fields(new):
+        value, known = getattr(new, one.name), getattr(old, one.name)
+        if isinstance(value, np.ndarray) and value.ndim and one.name != "unit":
+            value[:count] = known
+    if hasattr(new, "first"):
+        for name, light in new.first.items():
+            if is_dataclass(light):
+                _copy_rows(light, old.first[name], count)
+
+
+def _look_again(edit, suns, change):
+    """Find out which points see which suns in the edited city: written to the Edit."""
+    old, context, traced = edit.before, edit.context, edit.traced
+    patches, first, before = context.patches, change.first, old.task
+    task = prepare_suns(context, traced, suns)
+    watch, known = task.watch, old.task.watch
+    # Bits of what is new, is covered otherwise, or is looked at otherwise hold no longer.
+    anew = np.ones(len(patches), bool)
+    anew[:first] = (traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
+    turns = [np.ones(len(one.traced), int) if one.turns is None else one.turns for one in (watch, known)]
+    anew[:first] |= turns[0][:first] != turns[1]
+    anew[:first] |= (watch.traced[:first] != known.traced) | (watch.unobstructed[:first] != known.unobstructed)
+    states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
+    bits = np.zeros((states, len(patches), words, count), np.uint16)
+    for state in range(states):
+        bits[state, :first] = edit.bits_before(state)
+    bits[:, anew] = 0
+    task.bits = bits
+    counts = context.points, context.elements
+    watch.points = _extend_points(known.points, patches, watch, counts, anew & (watch.traced | watch.unobstructed))
+    block = block_of_suns(suns, slice(None))
+    lit = context.plan.lit(block.directions)
+    asked = np.zeros((len(patches), count), bool)
+    rows = np.flatnonzero(watch.traced & ~anew)
+    asked[rows] = find_shadowed(watch, rows, block.directions, change)
+    asked[watch.traced & anew] = True
+    asked &= lit
+    see_all(watch, np.flatnonzero(watch.unobstructed & anew), block.directions, bits)
+    looking = asked.any(axis=1)
+    turns, _ = weigh_points(watch)
+    tasks = []
+    for many in np.unique(turns[looking]):
+        rows = np.flatnonzero(looking & (turns == many))
+        tasks += [(rows[k : k + 1024], SunsInTurns(block, 0, int(many))) for k in range(0, len(rows), 1024)]
+    for _ in map_in_order(lambda one: trace_in_turns(watch, *one, bits, asked[one[0]]), tasks, context.threads):
+        pass
+    touched = anew.copy()
+    rows = np.flatnonzero(looking[:first] & ~anew[:first])
+    for state in range(states):
+        touched[rows] |= (bits[state, rows] != edit.bits_before(state)[rows]).any(axis=(1, 2))
+    edit.task, edit.touched, edit.looked = task, touched, int(asked.sum())
+
+
+def _extend_points(known, patches, watch, counts, wanted):
+    """Points of the patches before, and of those that are wanted anew: KnownPoints."""
+    rows = np.flatnonzero(wanted)
+    found = find_points(patches, watch.covered, counts, wanted, watch.threads)
+    for new, old in zip(found, known, strict=True):
+        kept = np.ones(len(old), bool)
+        kept[rows[rows < len(old)]] = False
+        new[: len(old)][kept] = old[kept]
+    return KnownPoints(*found)
+
+
+def _sum_annual(edit, state):
+    """Annual light of patches of the edited city in one state of trees: Annual."""
+    context, task = edit.context, edit.task
+    watch, rows = task.watch, np.flatnonzero(edit.touched)
+    by_point = np.zeros((len(edit.touched), context.points), np.float32)
+    known = edit.state_before(state).direct.annual.by_point
+    by_point[: len(known)] = known
+    turns, weight = weigh_points(watch)
+    block = block_of_suns(task.suns, slice(None))
+    points = KnownPoints(*(part[rows] for part in watch.points))
+    shadows = Shadows(task.bits[state][rows], points, turns[rows], weight[rows], 0)
+    by_point[rows] = shadows.light_of_points(context.patches.normal[rows], block, context.threads)
+    return sum_suns(context, edit.traced[state], watch, by_point, block)
+
+
+def _measure_room(edit, scene):
+    """Share of patches without room for modules: that of before, but near the change: (p, k) float32 or None."""
+    old, context, todo = edit.before, edit.context, edit.anew
+    if old.room is None:
+        return None
+    how = {"clearances": list_clearances(context.request), "threads": context.threads}
+    room = measure_room_of_patches(context.ray_scene, context.patches, scene, edit.traced[0].covered, asked=todo, **how)
+    kept = np.flatnonzero(~todo[: len(old.room)])
+    room[kept] = np.where(context.patches.receives[kept, None], old.room[kept], 0)
+    return room
+
+
+def _unreached(before, made, edit, change):
+    """Surfaces of the city before whose light no change reaches: (n,) bool."""
+    count = len(before.transfer.surfaces)
+    found = np.zeros(len(made.transfer.surfaces) + 1, bool)
+    found[change.rows[change.rows < count]] = True
+    found[edit.context.owner[edit.anew | edit.touched]] = False
+    found = found[:-1]  # the ground's -1 took the last one
+    for name, light in made.lights.items():
+        old, new = before.lights[name].mean, light.mean[:count]
+        found[:count] &= np.abs(new - old) <= ROUNDING * np.abs(old)
+    found[:count] &= before.transfer.surfaces.eligible == made.transfer.surfaces.eligible[:count]
+    return found
+
+
+def _keep_numbers(before, made, rows):
+    """Give surfaces, (n,) bool, the numbers that they had before the edit."""
+    rows = np.flatnonzero(rows)
+    _keep_fields(before.transfer, made.transfer, rows)
+    for part in ("error_parts",):
+        _keep_fields(getattr(before.transfer, part), getattr(made.transfer, part), rows)
+    for name, light in made.transfer.sources.items():
+        _keep_fields(before.transfer.sources[name], light, rows)
+    for name, light in made.lights.items():
+        light.mean[rows] = before.lights[name].mean[rows]
+
+
+def _keep_fields(old, new, rows):
+    for one in fields(new):
+        value = getattr(new, one.name)
+        if isinstance(value, np.ndarray) and one.name not in ("clearances",):
+            value[rows] = getattr(old, one.name)[rows]

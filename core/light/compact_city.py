@@ -1,0 +1,86 @@
+"""An edited city without what is gone: patches and surfaces get new numbers, in the order of the city.
+
+Hits name the patch that they met in the leading bits of their keys; all else is taken row by row.
+"""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..city.written_scene import live_triangles, written_scene
+from ..settings.progress import silent
+from ..sun.horizon import without_hidden
+from .editable_city import EditableCity, prepare_decided
+from .form_factors import FormFactors, Rows
+from .prepare_scene import build_tree
+from .shadow_points import KnownPoints
+from .solve_suns import prepare_suns
+from .trace_all import prepare_gather
+from .trace_gather import TracedCity, TracedState
+from .transfer import take_rows
+
+
+def compact_city(base):
+    """The same EditableCity without patches and surfaces that edits took away."""
+    old, rows = base.city, base.rows
+    scene = old.prepared.scene
+    if len(rows) == len(scene.surfaces) and (np.diff(rows) > 0).all():
+        return base
+    kept = live_triangles(scene, rows)
+    number = np.full(len(scene.triangles), -1)
+    number[kept] = np.arange(len(kept))
+    prepared = build_tree(prepare_decided(base.decisions, written_scene(scene, rows), base.request), base.request)
+    prepared = replace(prepared, editable=True)
+    context = prepare_gather(prepared, base.request, silent)
+    context = replace(context, elements=old.context.elements, starts=old.context.starts)
+    states = []
+    for one in old.states:
+        traced = _take(one.traced, kept)
+        traced.first = {name: _take(light, kept) for name, light in one.traced.first.items()}
+        if one.traced.form_factors is not None:
+            traced.form_factors = _renumber(one.traced.form_factors, number, len(kept))
+        lights = {
+            name: replace(
+                light,
+                mean=light.mean[rows],
+                error=_take(light.error, rows),
+                by_replicate=light.by_replicate[kept],
+            )
+            for name, light in one.lights.items()
+        }
+        matrices = {name: _rows_of(getattr(one.direct, name), rows) for name in ("visible_share", "reflected")}
+        direct = replace(one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices)
+        states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
+    task = prepare_suns(context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain))
+    watch = old.task.watch
+    task.watch.turns = None if watch.turns is None else watch.turns[kept]
+    task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
+    task.bits = old.task.bits[:, kept]
+    room = None if old.room is None else old.room[kept]
+    city = TracedCity(prepared, context, task, states, room)
+    return EditableCity(base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift)
+
+
+def _rows_of(matrix, rows):
+    return None if matrix is None else np.asarray(matrix[rows])
+
+
+def _take(part, rows):
+    """Some rows of each array of a dataclass that has a row for each of them."""
+    values = {one.name: getattr(part, one.name) for one in fields(part)}
+    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray) and value.ndim}
+    return replace(part, **{name: value[rows] for name, value in arrays.items()})
+
+
+def _renumber(form_factors, number, count):
+    """Form factors of patches with other numbers, (p,) int; -1 for those that are gone, which no ray meets."""
+    bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
+    parts = []
+    for rows in form_factors.rows:
+        key = ((number[rows.key >> bits] << bits) | (rows.key & ((1 << bits) - 1))).astype(np.int32)
+        # Keys ascend within each row, as the loops expect.
+        owner = np.repeat(np.arange(len(rows.chosen)), np.diff(rows.start))
+        parts.append(Rows(number[rows.chosen], rows.start, key[np.lexsort((key, owner))], rows.rays))
+    rays = np.zeros(count, np.int32)
+    rays[number[number >= 0]] = form_factors.rays[number >= 0]
+    return FormFactors([parts], count, form_factors.cells, rays, form_factors.starts)
