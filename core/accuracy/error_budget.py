@@ -1,10 +1,14 @@
 """The error budget of a run: what each source of error does to full load hours, of groups and of single surfaces."""
 
 import numpy as np
+import pandas as pd
 
 from ..effects.beyond_scene import change_unshaded
 from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampling_share
+from ..light.trace_gather import SUNS
+from ..light.traced import SKY_DOME
 from ..settings.progress import describe_duration
+from ..sun.sky_models import split_sky
 from .refine import rounds_needed
 from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
@@ -19,7 +23,48 @@ WHAT = {  # source -> what its number is
 }
 
 
-def budget_groups(transfer, weather, energy, bounces):
+def bound_cut_reflections(transfer, weather, energy, margin=1.25):
+    """Share of the full load hours that reflections after the last one would add at most.
+
+    Of sky and suns, whose shares hold whatever the weather, the larger one counts; light of sources in the sky, such as
+    Perez' horizon, has its own. The margin is for the weather, which weighs single suns otherwise than the run, and
+    for hours that are not in proportion to light: against 40 reflections it takes up to 1.12.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    weather : Weather
+    energy : Energy
+
+    Returns
+    -------
+    dict of str to float or None
+        Of each kind and orientation, and "all". None: no bound is known.
+    """
+    names, sky, found = name_groups(transfer.surfaces), split_sky(weather, energy.sky), {}
+    per_hour = weather.interval / pd.Timedelta(hours=1) / energy.years / 1000.0
+    counted = energy.eligible & np.isfinite(energy.poa_global_annual)
+    states = [one.record for one in (transfer, transfer.bare) if one is not None]
+    told = [(one and one.cut_reflections) or {} for one in states]
+    for name in ["all", *(" ".join(group) for group in energy.groups)]:
+        weight = np.where(counted & ((names == name) | (name == "all")), energy.counted_area, 0)
+        light = weight[counted] @ energy.poa_global_annual[counted]
+        shares = [of_state.get(name) or {} for of_state in told]
+        most = {key: [one.get(key) for one in shares] for key in (SKY_DOME, SUNS, *sky.sources)}
+        if not light > 0 or any(None in of_light for of_light in most.values()):
+            found[name] = None
+            continue
+        parts = {
+            key: weight @ transfer.sources[key].relative * of_source.sum() * per_hour / light
+            for key, of_source in sky.sources.items()
+        }
+        share = max(most[SKY_DOME] + most[SUNS]) * (1 - sum(parts.values()))
+        share += sum(max(most[key]) * max(part, 0.0) for key, part in parts.items())
+        found[name] = float(margin * share)
+    return found
+
+
+def budget_groups(transfer, weather, energy, cut):
     """Error budget of the mean full load hours of each group.
 
     Parameters
@@ -27,8 +72,8 @@ def budget_groups(transfer, weather, energy, bounces):
     transfer : Transfer
     weather : Weather
     energy : Energy
-    bounces : float or None
-        Bound of cut reflections [%].
+    cut : dict
+        Of `bound_cut_reflections`.
 
     Returns
     -------
@@ -49,7 +94,7 @@ def budget_groups(transfer, weather, energy, bounces):
         share = {
             "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours if hours > 0 else None,
             "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
-            "cut_reflections": None if bounces is None else bounces / 100,
+            "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),
             "sky_model": change,

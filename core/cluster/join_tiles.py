@@ -100,6 +100,7 @@ def join_records(records, plan, request, figures):
     for name in BY_KEY:
         pairs = [pair for one in records for pair in getattr(one, name).items()]
         found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
+    found["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
     weight, errors = area if area.any() else np.ones(len(area)), [one.discretisation_error for one in records]
     mean = None
     if None not in errors:
@@ -119,3 +120,16 @@ def join_records(records, plan, request, figures):
         sun_sampling=next(filter(None, (one["sun_sampling"] for one in figures)), None),
         standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
     )
+
+
+def _largest_of_groups(records):
+    """Of the tiles' `cut_reflections` the largest share of each light in each group; None if one is unknown."""
+    if None in records:
+        return None
+    found = {}
+    for record in records:
+        for name, shares in record.items():
+            group = found.setdefault(name, dict(shares))
+            for light, share in shares.items():
+                group[light] = None if None in (share, group.get(light, 0.0)) else max(share, group.get(light, 0.0))
+    return found

@@ -32,7 +32,7 @@ SUMS = (
     "processor_seconds",
     "degrees_of_freedom",
 )
-SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisation_error")
+SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisation_error", "cut_reflections")
 
 
 def seed_of_round(seed, index):

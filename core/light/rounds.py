@@ -185,7 +185,7 @@ def with_round(context, state, more, size, work):
     add_columns(total.visible_share, suns.visible_share, weight)
     record = replace(
         merge_records(total.record, record, weight),
-        **shares_of_record(lights),
+        **shares_of_record(context, lights),
         degrees_of_freedom=total.record.degrees_of_freedom,
     )
     light = light_of_surfaces(context, state.traced, lights, suns.annual)

@@ -17,7 +17,7 @@ from .light_errors import (
     propagate_deviations,
     reflect_elements,
 )
-from .solve_radiosity import reflection_of, sum_reflections
+from .solve_radiosity import bound_further, reflection_of, sum_reflections
 from .transfer import variance_of_mean
 
 
@@ -29,6 +29,7 @@ class Light:
     error: LightError  # of the mean
     by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
     last: float = 0.0  # share of the last reflection of all light
+    cut: np.ndarray | None = None  # (n,) what further reflections bring at most; inf: no bound
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
     def add(self, values):
@@ -72,10 +73,24 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
         last = max(arrived - passed_on.sum(), 0.0)  # nothing but for rounding where no light is left
         found.last = last / whole if whole > 0 else 0.0
+        last_one = np.maximum(reflected.mean(axis=1, dtype=float) - passed_on[:, 0], 0)
+        found.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
         found.discretisation_error = estimate_discretisation_error(context, steps, reflected)
         deviations = propagate_deviations(context, traced, first, reflected)
         transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
+    else:
+        found.cut = np.full(to_surface.shape[0], _bound_all(context, first.light, far_ground))
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     found.error = LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0))
     return found
+
+
+def _bound_all(context, first, far_ground):
+    """What all reflections together bring at most to any patch: float, inf where no bound exists.
+
+    Nothing is brighter than the brightest albedo times the brightest light, (p, r) `first`, or the far ground.
+    """
+    brightest = max(float(context.patches.albedo.max(initial=0)), context.request.ground_albedo)
+    once = max(brightest * float(first.max(initial=0)), far_ground)
+    return 0.0 if once == 0 else once / (1 - brightest) if brightest < 1 else np.inf

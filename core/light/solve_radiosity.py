@@ -156,6 +156,47 @@ def find_bounces(reflect, light, weights, first):
     return count, float(left[-1].max(initial=0))
 
 
+def bound_further(reflect, last, count=3):
+    """What all reflections after the last one bring at most: (p,) float64, inf where no bound is found.
+
+    `count` of them are followed. Form factors are not negative: where one step makes a light v at most r times as
+    bright on every patch, F v ≤ r v, so does each further step, and all steps from F v on bring at most
+    r / (1 - r) · F v. As v serve the light itself, and that of patches that were all equally bright at first, which is
+    0 nowhere that light arrives.
+
+    Parameters
+    ----------
+    reflect : callable
+        Of `reflection_of`.
+    last : (p,) float64
+        Light of the last reflection that was made.
+    count : int
+        At least 1.
+
+    References
+    ----------
+    L. Collatz (1942), Einschließungssatz für die charakteristischen Zahlen von Matrizen. :doi:`10.1007/BF01180013`
+    """
+    light, further = np.stack([last, np.ones(len(last))], axis=1), np.zeros(len(last))
+    for _ in range(count):
+        before, light = light, reflect(light)
+        further += light[:, 0]
+    if not light[:, 0].any():
+        return further
+    tails = []
+    for v, step in zip(before.T, light.T, strict=True):
+        ratio, times = _largest_ratio(step, v), _largest_ratio(light[:, 0], step)
+        known = ratio < 1 and np.isfinite(times)
+        tails.append(times * ratio / (1 - ratio) * step if known else np.full(len(last), np.inf))
+    return further + np.minimum(*tails)
+
+
+def _largest_ratio(one, other):
+    """Largest of the ratios of two arrays that are not negative, 0 over 0 being none: float."""
+    ratio = np.divide(one, other, out=np.where(one > 0, np.inf, 0.0), where=other > 0)
+    return float(ratio.max(initial=0))
+
+
 def covariance_of_replicates(one, other):
     """Covariance of the means of two kinds of light, (p, replicates) each, from the same independent replicates.
 

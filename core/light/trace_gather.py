@@ -213,7 +213,7 @@ def make_transfer(found, state, suns, common, left):
         brightest_albedo=max(brightest, context.request.ground_albedo),
         effects=judge_effects(context.plan, measure_outcome(context, traced, state.lights, left)),
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
-        **shares_of_record(state.lights),
+        **shares_of_record(context, state.lights),
     )
     return Transfer(
         surfaces=scene.surfaces,
@@ -266,14 +266,30 @@ def light_of_surfaces(context, traced, lights, annual):
     }
 
 
-def shares_of_record(lights):
-    """Shares of the light by the last reflection, and by what is uneven on patches: dict, fields of TraceRecord."""
+def shares_of_record(context, lights):
+    """Shares of the light by the last reflection and by further ones, and by what is uneven on patches: dict, fields of
+    TraceRecord."""
     sky, suns = lights[SKY_DOME], lights[SUNS]
     return {
         "last_bounce_share_diffuse": sky.last,
         "last_bounce_share_direct": suns.last,
+        "cut_reflections": _bound_cut_light(context, lights),
         "discretisation_error": {"diffuse": sky.discretisation_error, "direct": suns.discretisation_error},
     }
+
+
+def _bound_cut_light(context, lights):
+    """Share of each light that further reflections add at most: dict as of `TraceRecord.cut_reflections`."""
+    surfaces, area = context.surfaces, context.eligible_area
+    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
+    groups = {name: np.where(names == name, area, 0) for name in np.unique(names[area > 0]).tolist()}
+    found = {}
+    for name, weight in (groups | {"all": area if area.any() else surfaces.area}).items():
+        counted = weight > 0
+        sums = {key: weight[counted] @ np.stack([light.cut, light.mean])[:, counted].T for key, light in lights.items()}
+        shares = {key: float(cut / whole) if whole > 0 else 0.0 for key, (cut, whole) in sums.items()}
+        found[name] = {key: share if np.isfinite(share) else None for key, share in shares.items()}
+    return found
 
 
 def choose_bounces(prepared, context, traced, task):

@@ -42,6 +42,9 @@ class TraceRecord:
     sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
     rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
     standard_error_unknown: str | None = None  # which standard error, and why
+    # Kind and orientation, or "all" -> sky, each source and suns -> share of its light that further reflections add at
+    # most, None: no bound is known. None: the run does not tell.
+    cut_reflections: dict | None = None
 
     def as_dict(self):
         """Plain types by name, without what does not apply."""

@@ -230,9 +230,20 @@ def list_errors(budget):
         ("Single surface: standard error, exceeded on 5 % of the area only", percent(budget.get("sampling_95"), "± ")),
         ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
         ("Choice of sun positions: effect on a single surface (rms)", percent(suns.get("rms"), "± ")),
-        ("Reflections beyond the last one computed would add at most", percent(budget.get("bounces"))),
+        ("Reflections beyond the last one computed would add at most", _describe_cut(budget)),
         ("Size of the patches that reflect light, in percent of the reflected light", percent(budget.get("patches"))),
     ]
+
+
+def _describe_cut(budget):
+    """What cut reflections would add at most, to all surfaces and to the group that they add most to."""
+    groups = {name: parts["cut_reflections"]["percent"] for name, parts in (budget.get("groups") or {}).items()}
+    known = {name: most for name, most in groups.items() if most is not None}
+    words = percent(budget.get("bounces"))
+    if not known or budget.get("bounces") is None:
+        return words
+    name = max(known, key=known.get)
+    return f"{words}; most of all to {name}: {percent(known[name])}"
 
 
 def percent(value, sign=""):

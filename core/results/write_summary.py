@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
+from ..accuracy.error_budget import WHAT, bound_cut_reflections, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.edge_distance import FURTHEST, NEAREST
 from ..city.scene import surface_of_triangles
@@ -142,12 +142,17 @@ def budget_errors(transfer, energy, weather):
       counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few or none.
     - `surfaces`: the same of each source alone: shadow points, rays, light passed on, discretisation, choice of suns.
     - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning` says.
-    - `bounces`: upper bound of what reflections beyond the last one could add to all light.
+    - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all light, else to the
+      eligible surfaces' hours, and of each group in `groups`.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
       the measured effect of light that is uneven between the cells.
     """
     record, budget = transfer.record, {"unit": "percent", "bounces": None}
-    if record is not None and record.brightest_albedo < 1:  # each reflection is at most the albedo times the last
+    cut = bound_cut_reflections(transfer, weather, energy)
+    if cut["all"] is not None:
+        budget["bounces"] = 100 * cut["all"]
+    elif record is not None and record.photons_per_source and record.brightest_albedo < 1:
+        # The energy of each reflection is at most the albedo times that of the one before.
         last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct) if record.max_bounces else 1.0
         budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
@@ -157,7 +162,7 @@ def budget_errors(transfer, energy, weather):
         budget["sampling_total"] = 100 * energy.sampling_error * energy.counted_area[eligible].sum() / whole
         budget["sampling_median"], budget["sampling_95"] = errors.at_share(share=0.5), errors.at_share()
         budget["surfaces"] = budget_surfaces(errors)
-        budget["groups"] = budget_groups(transfer, weather, energy, budget["bounces"])
+        budget["groups"] = budget_groups(transfer, weather, energy, cut)
         budget["meaning"] = WHAT
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3

@@ -20,7 +20,9 @@ from citypv.core.sun.sun_sampling import choose_suns
 
 pytestmark = pytest.mark.once
 
-COUNT = 50
+COUNT = 52
+OPEN = np.where(np.arange(COUNT) % 2, 1.0, 0.6)  # share of each wall
+APART = np.sqrt((OPEN**2).sum()) / OPEN.sum()  # error of the mean over that of a wall, if they are independent
 NOISE = 0.01  # of the diffuse light
 SIGNS = np.array([1.0, -1.0, 1.0, -1.0])  # deviations of four replicates: variance of their mean 1/3
 
@@ -32,13 +34,16 @@ def walls(berlin):
     transfer = unshaded_transfer(suns, np.full(COUNT, 90.0), np.full(COUNT, 180.0))
     transfer.surfaces.area[:] = 10.0
     transfer.surfaces.eligible[:] = True
-    transfer.covered_share[::2] = 0.4
+    transfer.covered_share[:] = 1 - OPEN
+    transfer.diffuse_relative[:] *= OPEN  # covered parts are dark
+    transfer.far_ground_view_factor[:] *= OPEN
+    transfer.visible_share[:] *= OPEN[:, None].astype(np.float32)
     return transfer, berlin
 
 
 def with_noise(transfer, own, shared):
-    """The Transfer with noise in its diffuse light: standard deviation of each surface's own, signs of the shared."""
-    deviations = NOISE * np.sqrt(3) * np.outer(shared, SIGNS)
+    """The Transfer with noise in the light of what is open: standard deviation of each surface, signs of the shared."""
+    own, deviations = OPEN * own, NOISE * np.sqrt(3) * np.outer(OPEN * shared, SIGNS)
     parts = ErrorParts(deviations, np.zeros((COUNT, 4)), *np.zeros((4, COUNT)))
     error = np.sqrt(own**2 + deviations.var(axis=1, ddof=1) / 4)
     return replace(transfer, diffuse_relative_standard_error=error, error_parts=parts)
@@ -46,7 +51,7 @@ def with_noise(transfer, own, shared):
 
 @pytest.mark.parametrize(
     ("own", "shared", "expected"),
-    [(NOISE, 0.0, 1 / np.sqrt(COUNT)), (0.0, 1.0, 1.0), (0.0, np.where(np.arange(COUNT) % 2, 1.0, -1.0), 0.0)],
+    [(NOISE, 0.0, APART), (0.0, 1.0, 1.0), (0.0, np.where(np.arange(COUNT) // 2 % 2, 1.0, -1.0), 0.0)],
     ids=["own", "shared", "shared with opposite signs"],
 )
 def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, expected):
@@ -55,9 +60,9 @@ def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, ex
     noisy = with_noise(transfer, np.full(COUNT, own), np.full(COUNT, 1.0) * shared)
     energy = compute_energy(noisy, weather)
     single = 100 * energy.full_load_hours_standard_error / energy.full_load_hours
-    assert np.ptp(single) == pytest.approx(0, abs=1e-9)
+    assert np.ptp(single) < 1e-3 * single[0]
     found = budget_errors(noisy, energy, weather)["sampling_total"] / single[0]
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert found == pytest.approx(expected, rel=1e-4, abs=1e-4)
 
 
 def test_covered_area_is_not_counted(walls):
@@ -66,8 +71,8 @@ def test_covered_area_is_not_counted(walls):
     noisy = with_noise(transfer, np.full(COUNT, NOISE), np.zeros(COUNT))
     energy = compute_energy(noisy, weather)
     assert energy.counted_area.sum() == pytest.approx(8 * COUNT)
-    single = energy.full_load_hours_standard_error[0]
-    assert energy.sampling_error == pytest.approx(single * 10 / 8 / np.sqrt(COUNT), rel=1e-9)
+    single = energy.full_load_hours_standard_error[1]  # of an open one
+    assert energy.sampling_error == pytest.approx(single * APART, rel=1e-4)
     assert energy.group_standard_error[0] == pytest.approx(energy.sampling_error, rel=1e-9)
 
 
@@ -97,11 +102,11 @@ def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     summer = np.isin((weather.data.index + pd.Timedelta(minutes=30)).month, SUMMER)
     dhi = weather.data["dhi"].to_numpy() / 1000
     light = leaf * dhi[summer].sum() + bare * dhi[~summer].sum()
-    expected = 100 * NOISE * light / energy.poa_global_annual[0]
+    expected = 100 * NOISE * light / energy.poa_global_annual[1]
     errors = split_errors(seasonal, weather, energy)
-    assert errors.relative() == pytest.approx(np.full(COUNT, expected), rel=1e-6)
-    group = budget_groups(seasonal, weather, energy, None)["facade south"]["sampling"]["percent"]
-    assert group == pytest.approx(expected / np.sqrt(COUNT), rel=1e-6)
+    assert errors.relative() == pytest.approx(np.full(COUNT, expected), rel=2e-4)
+    group = budget_groups(seasonal, weather, energy, {})["facade south"]["sampling"]["percent"]
+    assert group == pytest.approx(expected * APART, rel=2e-4)
     # All of it is noise of rays: three times the time so far halves it, and both states take their time.
     took = replace(seasonal.record, seconds={"suns": 2.0})
     timed = replace(seasonal, record=took, bare=replace(without, record=replace(took, seconds={"suns": 3.0})))
@@ -153,13 +158,14 @@ def test_sources_add_up_to_the_stated_error(run):
 
 def test_groups_add_up_to_their_stated_error(run):
     transfer, weather, energy = run
-    budget = budget_groups(transfer, weather, energy, 0.4)
+    budget = budget_groups(transfer, weather, energy, {"facade south": 0.004})
     for name, stated in zip(energy.groups, energy.group_standard_error, strict=True):
         found = budget[" ".join(name)]
         parts = [found[source]["hours"] for source in ("sampling", "sun_sampling", "patch_size")]
         assert np.sqrt(np.sum(np.square(parts))) == pytest.approx(stated, rel=1e-6)
-        assert found["cut_reflections"]["percent"] == pytest.approx(0.4)
     assert budget["facade south"]["sun_sampling"]["percent"] == pytest.approx(-1.0)
+    assert budget["facade south"]["cut_reflections"]["percent"] == pytest.approx(0.4)
+    assert budget["facade north"]["cut_reflections"]["percent"] is None
 
 
 def test_the_last_sentence_names_the_largest_part(run):
@@ -181,7 +187,7 @@ def test_the_sky_model_moves_walls_as_published(berlin):
 
 def test_the_sky_model_of_a_group_is_that_of_its_planes(run):
     transfer, weather, energy = run
-    found = budget_groups(transfer, weather, energy, 0.4)["facade south"]["sky_model"]["percent"]
+    found = budget_groups(transfer, weather, energy, {})["facade south"]["sky_model"]["percent"]
     south = np.array([[0.0, -1.0, 0.0]])
     assert found == pytest.approx(100 * change_unshaded(weather, south, transfer.ground_albedo)[0], abs=0.01)
 
