@@ -18,17 +18,8 @@ from ..settings.errors import InputError, show_signs
 from ..settings.memory import GB, check_memory
 from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
-from .add_options import (
-    NOT_FOR_WORLDS,
-    add_change,
-    add_city,
-    add_cluster,
-    add_options,
-    add_output,
-    add_world,
-    join_pairs,
-    settings_of_options,
-)
+from . import command_options
+from .add_options import join_pairs, settings_of_options
 from .choose_settings import cluster_settings, free_settings, request_of_settings
 from .run_log import RunLog, print_output
 
@@ -63,9 +54,10 @@ def main(arguments=None, draw=None):
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a program around this one may have put another there, or none
             stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
-    parser = build_parser()
+    given = _join_offset(sys.argv[1:] if arguments is None else arguments)
+    parser = build_parser(next((word for word in given if word in COMMANDS), ""))
     try:
-        options = parser.parse_args(_join_offset(sys.argv[1:] if arguments is None else arguments))
+        options = parser.parse_args(given)
     except SystemExit as stop:
         return stop.code or 0
     # SIGTERM is treated like Ctrl-C, so that no partial output remains. Only the main thread can.
@@ -119,75 +111,19 @@ def print_error(message, status):
     return status
 
 
-def build_parser():
-    """Parser of all commands."""
+def build_parser(asked=None):
+    """Parser of all commands, whose options are added for the command that is asked for; None: for every one."""
     parser = OneLineParser(
         prog="citypv", description="Irradiance and PV yield of the roofs and facades of a city.", epilog=EPILOGUE
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    simulate = add_command(commands, run_simulate, "trace a city and write full load hours of every surface")
-    add_city(simulate)
-    add_output(simulate, exports=True)
-    add_options(simulate, "weather", "electricity", "light", "sky", "effects", "run")
-    add_cluster(simulate, tiles=True)
-    simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
-    simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
-    again = add_command(commands, run_yield, "compute the yield of a transfer.nc with other weather or modules")
-    again.add_argument("transfer", metavar="TRANSFER", help="folder of an earlier run, or its transfer.nc")
-    add_output(again)
-    add_options(again, "surfaces", "weather", "electricity", "sky", "effects", "run")
-    add_views(commands)
-    world = add_command(commands, run_world, "full load hours of traced districts all over the world")
-    add_world(world)
-    add_output(world)
-    add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
-    add_cluster(world)
-    variant = add_command(commands, run_variant, "an edited city, from a run of simulate --editable, in seconds")
-    variant.add_argument("base", metavar="BASE", help="result folder")
-    add_change(variant)
-    add_output(variant, exports=True)
-    compare = add_command(commands, run_compare, "who gains and who loses between two results of a city")
-    for name in ("before", "after"):
-        compare.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
-    add_output(compare)
-    add_checks(commands)
+    for name, (run, words) in COMMANDS.items():
+        command = commands.add_parser(name, help=words)
+        command.set_defaults(run=run)
+        if asked in (None, name):
+            getattr(command_options, f"{name}_options")(command)
     return parser
-
-
-def add_command(commands, run, words):
-    """Parser of a further command, which is named like the function `run_NAME` that runs it."""
-    parser = commands.add_parser(run.__name__.removeprefix("run_"), help=words)
-    parser.set_defaults(run=run)
-    return parser
-
-
-def add_views(commands):
-    """Commands that show results."""
-    plot = add_command(commands, run_plot, "draw the results of a folder: report.html, or the maps of a world")
-    plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
-    plot.add_argument("--quiet", action="store_true", help="print errors only")
-    site = add_command(commands, run_site, "a city's solar map for a web server: 3D Tiles, an index, a page")
-    site.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
-    site.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
-    site.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
-    add_output(site)
-
-
-def add_checks(commands):
-    """Commands that print what they find."""
-    inspect = add_command(commands, run_inspect, "report what is read, repaired and left out, and where it is")
-    add_city(inspect)
-    effects = add_command(commands, run_effects, "list which effects a run on this city simulates, and why")
-    add_city(effects)
-    add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
-    accuracy = add_command(commands, run_accuracy, "predict seconds and errors of each setting from a short pilot")
-    add_city(accuracy)
-    add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
-    accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
-    selfcheck = add_command(commands, run_selfcheck, "check the tracer against closed forms and hard cases")
-    for parser in (inspect, effects, accuracy, selfcheck):
-        parser.add_argument("--json", action="store_true", help="print as JSON")
 
 
 def run_simulate(options):
@@ -335,3 +271,18 @@ def _join_offset(arguments):
     for place in [row for row, text in enumerate(joined[:-1]) if text == "--time-axis"][::-1]:
         joined[place : place + 2] = [f"--time-axis={joined[place + 1]}"]
     return joined
+
+
+COMMANDS = {  # name -> (function that runs it, what it does); its options are those of command_options
+    "simulate": (run_simulate, "trace a city and write full load hours of every surface"),
+    "yield": (run_yield, "compute the yield of a transfer.nc with other weather or modules"),
+    "plot": (run_plot, "draw the results of a folder: report.html, or the maps of a world"),
+    "site": (run_site, "a city's solar map for a web server: 3D Tiles, an index, a page"),
+    "world": (run_world, "full load hours of traced districts all over the world"),
+    "variant": (run_variant, "an edited city, from a run of simulate --editable, in seconds"),
+    "compare": (run_compare, "who gains and who loses between two results of a city"),
+    "inspect": (run_inspect, "report what is read, repaired and left out, and where it is"),
+    "effects": (run_effects, "list which effects a run on this city simulates, and why"),
+    "accuracy": (run_accuracy, "predict seconds and errors of each setting from a short pilot"),
+    "selfcheck": (run_selfcheck, "check the tracer against closed forms and hard cases"),
+}

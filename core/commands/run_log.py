@@ -4,13 +4,8 @@ import os
 import sys
 import time
 
-import numpy as np
-
-from ..city.choose_levels import SHAPELESS
-from ..city.scene import surface_of_triangles
 from ..settings.errors import count_of, list_some, show_number, show_signs
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
-from ..weather.weather import describe_distance
 
 WIDE = 30.0  # [km] across, from which a run says so before its ground is laid
 NAMED = 5  # buildings that are named in one line
@@ -62,6 +57,8 @@ def report_outcome(log, folder, energy, totals, report=None):
 
     An ImportReport, where there is one, tells the buildings that have none.
     """
+    from ..city.choose_levels import SHAPELESS
+
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
@@ -101,6 +98,8 @@ def describe_overrun(request, log):
 
 def describe_scene(scene):
     """Counts and place as lines of text."""
+    from ..city.scene import surface_of_triangles
+
     report, site = scene.report, scene.site
     kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
     lines = [
@@ -117,7 +116,8 @@ def describe_scene(scene):
 
 def describe_extent(city):
     """A line on a city so wide that its ground and rays take long, before they do: list of str."""
-    width = np.ptp(city.points[:, :2], axis=0) / 1000  # [km]
+    plan = city.points[:, :2]
+    width = (plan.max(axis=0) - plan.min(axis=0)) / 1000  # [km]
     if width.max() < WIDE:
         return []
     hints = [note for note in city.report.notes if "--unit" in note or "--up" in note]
@@ -127,6 +127,8 @@ def describe_extent(city):
 
 def describe_weather(weather, site):
     """The weather as lines of text: its label, its distance from the city, and notes."""
+    from ..weather.weather import describe_distance
+
     told = "; ".join(filter(None, (weather.label, describe_distance(weather, site))))
     return "\n".join([f"Weather: {told}", *(f"  {note}" for note in weather.notes)])
 

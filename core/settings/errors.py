@@ -5,13 +5,12 @@ Each error names the array, the row and the cure.
 """
 
 import json
+import math
 import struct
 import zipfile
 import zlib
 from contextlib import contextmanager
-from inspect import signature
-
-import numpy as np
+from numbers import Integral
 
 
 class InputError(ValueError):
@@ -65,6 +64,8 @@ def build_from(kind, values):
     ValueError
         Names what is missing or unknown, as in files of another version.
     """
+    from inspect import signature
+
     try:
         signature(kind).bind(**values)
     except TypeError as error:
@@ -121,6 +122,8 @@ def list_some(names, most=3):
 
 def first_true(mask):
     """Index of the first true element of a mask, (n,) bool; None if there is none."""
+    import numpy as np
+
     found = np.flatnonzero(mask)
     return int(found[0]) if len(found) else None
 
@@ -156,6 +159,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
     ------
     InputError
     """
+    import numpy as np
+
     values = np.asarray(values)
     words = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
     fits = values.ndim == len(shape) and all(
@@ -189,7 +194,7 @@ def check_triangles(vertices, triangles):
     vertices, triangles : numpy.ndarray
     """
     vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
-    triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=np.inf, least=-np.inf)
+    triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=math.inf, least=-math.inf)
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
         first = first_true(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
         problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
@@ -205,6 +210,8 @@ def check_unit(name, values):
     name : str
     values : (n, 3) float
     """
+    import numpy as np
+
     values = check_array(name, values, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
     if (first := first_true(np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT)) is not None:
         raise InputError(name, f"row {first} is {values[first]}", "give unit vectors")
@@ -213,5 +220,5 @@ def check_unit(name, values):
 
 def check_seed(seed):
     """Raise an error if a seed is not valid."""
-    if not (isinstance(seed, int | np.integer) and 0 <= seed <= MOST_SEED):
+    if not (isinstance(seed, Integral) and 0 <= seed <= MOST_SEED):
         raise InputError("--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}")

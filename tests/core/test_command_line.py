@@ -13,7 +13,7 @@ from small_city import TABLES
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.commands.command_line import build_parser, read_request
+from citypv.core.commands.command_line import COMMANDS, build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
 from citypv.core.settings.progress import describe_progress
@@ -188,3 +188,23 @@ def test_a_run_by_forward_tells_where_its_photons_went_and_is_read_again(city, t
     assert main(["yield", str(tmp_path / "out" / "transfer.nc"), *common, str(tmp_path / "again")]) == 0
     for name in ("faces.csv", "groups.csv"):
         assert (tmp_path / "again" / name).read_text() == (tmp_path / "out" / name).read_text()
+
+
+def test_help_loads_no_library_of_numbers():
+    """Whoever asks for help waits for none of them; and only for the options of the command that is asked for."""
+    told = "import sys; from citypv.__main__ import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stderr.split()}
+    assert "citypv" in loaded
+    assert not loaded & {"numpy", "scipy", "pandas", "numba", "pyproj", "shapely", "xarray", "pvlib"}
+    assert all(f"    {name} " in done.stdout for name in COMMANDS)
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_the_parser_of_one_command_is_that_of_all(command, capsys):
+    told = []
+    for parser in (build_parser(), build_parser(command)):
+        with pytest.raises(SystemExit):
+            parser.parse_args([command, "--help"])
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1] and "--help" in told[0]
