@@ -50,9 +50,9 @@ class Recorder:
     def __init__(self, tree):
         self.tree, self.closest, self.points = tree, [], {}
 
-    def trace_places(self, origins, directions, order=None):
-        self.closest.append((origins, directions, order))
-        return self.tree.trace_places(origins, directions, order)
+    def trace_places(self, origins, directions):
+        self.closest.append((origins, directions))
+        return self.tree.trace_places(origins, directions)
 
     def trace_closest(self, origins, directions):
         return self.trace_places(origins, directions)[0]

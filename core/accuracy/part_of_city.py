@@ -56,10 +56,10 @@ class RaysOfPart:
         """Spent in Embree, summed over the threads [s]."""
         return self._whole.thread_seconds
 
-    def trace_places(self, ray_origins, ray_directions, order=None):
+    def trace_places(self, ray_origins, ray_directions):
         """As of `FacingScene`."""
         ray_directions = np.asfortranarray(ray_directions, np.float32)
-        places = self._whole.trace_places(ray_origins, ray_directions, order)
+        places = self._whole.trace_places(ray_origins, ray_directions)
         turn_to_rows(self._rows, self._facing, ray_directions, places.triangle)
         return places
 

@@ -83,7 +83,7 @@ def count_met(prepared, own):
     sequence, met = sobol_digits(1), np.zeros(len(patches), np.int64)
     for first in range(0, len(rows), PATCHES_PER_TASK):
         chosen = rows[first : first + PATCHES_PER_TASK]
-        origins, directions, *_ = hemisphere_rays(others, chosen, sequence)
+        origins, directions, _ = hemisphere_rays(others, chosen, sequence)
         directions = directions.reshape(-1, 3)
         hit = ray_scene.trace_places(origins.reshape(-1, 3), directions).triangle
         front = (hit >= 0) & (np.einsum("ij,ij->i", directions, patches.facing[hit, :3]) + patches.facing[hit, 3] < 0)

@@ -70,8 +70,8 @@ def trace_part(city, chosen, covered, sequence):
     """
     patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
-    origins, directions, start_cells, order = hemisphere_rays(patches, rows, sequence)
-    hits, fates = follow_rays(city, covered, (origins, directions, start_cells), order)
+    origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
+    hits, fates = follow_rays(city, covered, (origins, directions, start_cells))
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
     sources = {one.name: look_at_source(city, one, rows, covered, sequence) for one in city.sources}
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
@@ -88,7 +88,7 @@ def trace_part(city, chosen, covered, sequence):
     return found
 
 
-def follow_rays(city, covered, rays, order=None):
+def follow_rays(city, covered, rays):
     """What rays of c patches hit, and what becomes of each.
 
     Parameters
@@ -97,8 +97,6 @@ def follow_rays(city, covered, rays, order=None):
     covered : (c, CELL_DIVISIONS²) bool
     rays : tuple of two (c, rays, 3) float32 and (c, rays) uint8
         Origins, directions, and the cells in which they start.
-    order : (c · rays,) int32, optional
-        As of `RayScene.trace_places`.
 
     Returns
     -------
@@ -107,7 +105,7 @@ def follow_rays(city, covered, rays, order=None):
         In each state of trees.
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
-    hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3), order)
+    hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))

@@ -46,10 +46,10 @@ class FacingScene(LeafyScene):
         if len(self.coincident):
             self.coincident = drop_hidden(self, patches, self.coincident, threads)
 
-    def trace_places(self, ray_origins, ray_directions, order=None):
+    def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
         ray_directions = np.asfortranarray(ray_directions, np.float32)
-        places = super().trace_places(ray_origins, ray_directions, order)
+        places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             turn_to_fronts(tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:

@@ -9,7 +9,6 @@ from .random_numbers import uniform
 from .sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid, sobol_points
 
 CELL_DIVISIONS = 8  # each patch is divided into 64 cells, tested for being inside or under something
-SECTORS = 16  # of the hemisphere, whose rays share packets
 HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
 
 
@@ -32,19 +31,17 @@ def hemisphere_rays(patches, chosen, sequence):
         In memory all x come first, then all y, then all z.
     cells : (c, rays) uint8
         Index of the patch cell, of CELL_DIVISIONS², in which each ray starts.
-    order : (c · rays,) int32
-        All rays, patch by patch and those in like directions next to each other, for packets.
     """
     count, rays = len(chosen), len(sequence) * HEMISPHERE_REPLICATES
     shift = shift_replicates(patches.key[chosen], patches.rays_before[chosen])
     origins, directions = np.empty((2, 3, count, rays), np.float32)
-    cells, order = np.empty((count, rays), np.uint8), np.empty(count * rays, np.int32)
-    made = origins, directions, cells, order
+    cells = np.empty((count, rays), np.uint8)
+    made = origins, directions, cells
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     digits = np.ascontiguousarray(sequence.T)
     make_rays((start, patches.edges[chosen], frames), shift, digits, made)
-    return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells, order
+    return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
 
 
 def shift_replicates(keys, before):
@@ -76,12 +73,11 @@ def make_rays(places, shift, sequence, made):
     shift : (c, HEMISPHERE_REPLICATES, 4) uint32
         Digital shifts (XOR masks).
     sequence : (4, rays / HEMISPHERE_REPLICATES) uint32
-    made : tuple of (3, c, rays), (3, c, rays) float32, (c, rays) uint8 and (c · rays,) int32
-        Output: origins, directions, cells, order.
+    made : tuple of (3, c, rays), (3, c, rays) float32 and (c, rays) uint8
+        Output: origins, directions, cells.
     """
-    (start, edges, frames), (origins, directions, cells, order) = places, made
-    samples, ordered = sequence.shape[1], 0
-    members, starts = samples_by_sector(sequence)
+    (start, edges, frames), (origins, directions, cells) = places, made
+    samples = sequence.shape[1]
     cosine, sine, last = table_of_angles(samples)
     b1, b2, along, across, height = np.empty((5, samples), np.float32)
     for patch in range(len(start)):
@@ -110,34 +106,6 @@ def make_rays(places, shift, sequence, made):
                     towards[sample] = along[sample] * one + across[sample] * other + height[sample] * up
             for sample in range(samples):
                 cells[patch, first + sample] = cell_at(b1[sample], b2[sample], np.int64(CELL_DIVISIONS))
-        # A shift moves all samples of one sector of the unshifted net into one other: nothing has to be sorted.
-        for sector in range(SECTORS):
-            for replicate in range(shift.shape[1]):
-                mask, first = shift[patch, replicate], (patch * shift.shape[1] + replicate) * samples
-                unshifted = sector ^ sector_of(mask[2], mask[3])
-                for member in range(starts[unshifted], starts[unshifted + 1]):
-                    order[ordered] = first + members[member]
-                    ordered += 1
-
-
-@njit(nogil=True, cache=True, inline="always")
-def sector_of(radius, angle):
-    """Which of the SECTORS parts of the hemisphere, eight angles times two rings, holds a direction, by its digits."""
-    return np.int64((angle >> (DIGITS - 3)) << 1 | radius >> (DIGITS - 1))
-
-
-@njit(nogil=True, cache=True)
-def samples_by_sector(sequence):
-    """Samples of a sequence, (4, samples) uint32, sector by sector, and where each sector starts among them."""
-    members, starts = np.empty(sequence.shape[1], np.int64), np.zeros(SECTORS + 1, np.int64)
-    for sector in range(SECTORS):
-        place = starts[sector]
-        for sample in range(sequence.shape[1]):
-            if sector_of(sequence[2, sample], sequence[3, sample]) == sector:
-                members[place] = sample
-                place += 1
-        starts[sector + 1] = place
-    return members, starts
 
 
 @njit(nogil=True, cache=True)

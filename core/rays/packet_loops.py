@@ -35,7 +35,7 @@ def aligned(count):
 
 
 @njit(nogil=True, cache=True)
-def trace_closest(tree, rays, order, found):
+def trace_closest(tree, rays, found):
     """Closest hits of rays.
 
     Parameters
@@ -44,8 +44,6 @@ def trace_closest(tree, rays, order, found):
         Addresses of Embree's function, scene and arguments, and the packet width.
     rays : tuple of (3, n) and (3, n) float32
         Origins and directions.
-    order : (n,) int32
-        In which the rays are put into packets.
     found : tuple of (n,) int32, (n,) and (n,) float32
         Output: triangle, -1 for none, and barycentric coordinates of the hit.
     """
@@ -59,7 +57,7 @@ def trace_closest(tree, rays, order, found):
         lanes = min(width, count - first)
         for lane in range(width):
             valid[lane] = -1 if lane < lanes else 0
-            ray = order[first + min(lane, lanes - 1)]
+            ray = first + min(lane, lanes - 1)
             for axis in range(3):
                 packet[(ORIGIN + axis) * width + lane] = origins[axis, ray]
                 packet[(DIRECTION + axis) * width + lane] = directions[axis, ray]
@@ -68,10 +66,10 @@ def trace_closest(tree, rays, order, found):
             words[INSTANCE * width + lane] = NONE
         call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
         for lane in range(lanes):
-            ray, met = order[first + lane], words[MESH * width + lane] != NONE
-            hit[ray] = words[TRIANGLE * width + lane] if met else NONE
-            b1[ray] = packet[B1 * width + lane]
-            b2[ray] = packet[B2 * width + lane]
+            met = words[MESH * width + lane] != NONE
+            hit[first + lane] = words[TRIANGLE * width + lane] if met else NONE
+            b1[first + lane] = packet[B1 * width + lane]
+            b2[first + lane] = packet[B2 * width + lane]
 
 
 @njit(nogil=True, cache=True)
