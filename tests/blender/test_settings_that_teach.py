@@ -18,7 +18,8 @@ from citypv.operators.light.plan_trace import PRICES, find_preset, read_plan
 from citypv.operators.run_step import in_panel_words
 
 # Operators of a row.
-INNER = {"cancel", "compare_variant", "copy_group", "delete_variant", "drop_weather", "explain_effect", "switch_city"}
+INNER = {"cancel", "compare_variant", "copy_group", "delete_variant", "explain_effect", "switch_city"}
+INNER |= {"drop_albedo", "drop_horizon", "drop_terrain", "drop_weather"}
 
 
 @pytest.mark.parametrize("preset", ["draft", "standard", "reference"])
