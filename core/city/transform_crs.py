@@ -62,7 +62,7 @@ def transform_crs(places, source, target, path=None):
     """
     (source, _), (target, _) = plane_of(source), plane_of(target)
     turn = pyproj.Transformer.from_crs(source, target)
-    there = np.column_stack(turn.transform(*_as_registered(np.asarray(places, float), source, "xy").T))
+    there = _transform(turn, _as_registered(np.asarray(places, float), source, "xy")).T
     there = _as_registered(there, target, "xy")
     if path is not None and not np.isfinite(there).all():
         raise InputError(path, f"does not lie where {target.name} is defined", "give terrain that covers the city")
@@ -114,7 +114,12 @@ def find_globe_places(places, plane, axes="xy"):
     latitude, longitude : array, (k,) float64 [°]
         Infinite where the plane does not hold.
     """
-    return _turn_to_globe(plane).transform(*_as_registered(np.asarray(places, float), plane, axes).T)
+    return _transform(_turn_to_globe(plane), _as_registered(np.asarray(places, float), plane, axes))
+
+
+def _transform(turn, places):
+    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4 warns.
+    return np.array(turn.transform(*places.T.tolist()))
 
 
 @lru_cache(maxsize=64)
