@@ -66,7 +66,8 @@ test test-all:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py all
 	@failed=0; first=; $(STYLE); \
-	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; marks="not window"; else marks="not window and not thorough"; fi; \
+	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; marks="not window"; window=window; \
+	else marks="not window and not thorough"; window="window and not thorough"; fi; \
 	for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
@@ -74,7 +75,7 @@ test test-all:
 	    if [ -z "$$first" ]; then first=$$python; marks="$$marks and not once"; fi; \
 	  fi; \
 	done; \
-	CITYPV_BLENDER=$$($$first tools/blender_window.py find) $$first -m pytest -m window --durations 9 || failed=1; exit $$failed
+	CITYPV_BLENDER=$$($$first tools/blender_window.py find) $$first -m pytest -m "$$window" --durations 9 || failed=1; exit $$failed
 
 # The pages quote the tables of measurements, so that these stand beside them.
 docs:

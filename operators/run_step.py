@@ -13,7 +13,7 @@ from ..core.settings.errors import InputError
 from ..core.settings.progress import CancelledError, silent
 from ..core.settings.request import declared_settings, option_of
 from .check_libraries import FAILURES, describe_cure, name_libraries
-from .city.build_meshes import renew_holders
+from .city.build_meshes import hold_cities, is_held, renew_holders
 from .job import Job
 from .session import find_city, find_session
 
@@ -136,6 +136,7 @@ class Step:
             task = self.prepare(context)
         except (InputError, ImportError) as error:
             return refuse(self, error)
+        hold_cities(context.scene, self.bl_label)
         self._scene = context.scene.session_uid
         self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
         Step.current = self._job
@@ -155,13 +156,15 @@ class Step:
         redraw_panels(context)
         try:
             with in_scene(context, self._scene):
-                if self.is_wanted(context):
+                if is_held() and self.is_wanted(context):
                     self.refine(context)
                 else:
                     self._job.cancel(drop=True)
+                    self.kept = ()
                     self.drop()
         except InputError as problem:  # the user may have deleted what the step works on
             self._job.cancel(drop=True)
+            self.kept = ()
             refuse(self, problem)
         return self._end(context) if self._job.dropped or not self._job.is_alive() else {"PASS_THROUGH"}
 

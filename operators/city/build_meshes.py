@@ -79,11 +79,33 @@ def site_of(item):
 
 def show_objects(stage, *items):
     """Link objects to the collection "CityPV" of a Blender scene, created if missing; None is skipped."""
+    target = _open_collection(stage)
+    for item in filter(None, items):
+        target.objects.link(item)
+
+
+def _open_collection(stage):
     target = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
     if target.name not in stage.collection.children:
         stage.collection.children.link(target)
-    for item in filter(None, items):
-        target.objects.link(item)
+    return target
+
+
+def is_held():
+    """Whether there is the collection "CityPV": what a step shows while it runs can be undone."""
+    return COLLECTION in bpy.data.collections
+
+
+def hold_cities(stage, message):
+    """Make the collection "CityPV" a step of undo, where a scene has none, before a city is shown in it.
+
+    Else undo keeps the scene as it is, with a city that it frees (see `renew_holders`). A step of which this is undone
+    has nothing to show its city in, and ends.
+    """
+    if not is_held():
+        _open_collection(stage)
+        renew_holders()
+        bpy.ops.ed.undo_push(message=message)
 
 
 def renew_holders():

@@ -12,7 +12,7 @@ import pytest
 from window_edits import move_tower, undo_move
 from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
-from window_stops import edit_at_all_moments, wait_until_settled
+from window_stops import EDITS, edit_at_moments, undo, undo_first_city, wait_until_settled
 
 from citypv.operators.attributes import KIND_CODES
 
@@ -236,9 +236,27 @@ def test_a_tower_is_moved_with_live_on(window):
     assert "Traceback" not in window.read_log()
 
 
-def test_edits_while_an_update_is_computed(window):
-    """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate: none crashes."""
+@pytest.fixture
+def no_tower(window):
+    """The city of the tests before, without what they added."""
     window.ask("bpy.data.batch_remove([item for item in bpy.data.objects if item.name.startswith('tower')])")
     wait_until_settled(window, [])
-    assert edit_at_all_moments(window) >= 50
+
+
+def test_edits_while_an_update_is_computed(window, no_tower):
+    """Undo at its first report, before its estimate and after that is shown; each other edit after it is shown."""
+    assert edit_at_moments(window, [undo], lambda moments: [moments[0], *moments[-2:]]) == 3
+    assert edit_at_moments(window, [edit for edit in EDITS if edit is not undo], lambda moments: moments[-1:]) == 4
+    assert "Traceback" not in window.read_log()
+
+
+@pytest.mark.thorough
+def test_all_edits_at_all_moments_of_an_update(window, no_tower):
+    """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate: none crashes."""
+    assert edit_at_moments(window, EDITS, list) >= 35
+    assert "Traceback" not in window.read_log()
+
+
+def test_the_first_city_is_undone_while_it_is_computed(window):
+    undo_first_city(window, f"/{load_tool().EXCHANGE}/{NAME}")
     assert "Traceback" not in window.read_log()

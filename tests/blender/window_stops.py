@@ -6,7 +6,14 @@ from window_edits import CITY, in_view
 from window_steps import RUNNING
 
 SUNS = "suns"  # the stage before which the estimate of the update is ready
+ELECTRICITY = "electricity"  # the last stage: all that comes before may be seen
 IN_VIEW = 500, 300
+BEFORE = """
+bpy.ops.mesh.primitive_cube_add(size=2, location=(90, 0, 0))
+bpy.ops.ed.undo_push(message="added")
+bpy.context.object.location.x = 91
+bpy.ops.ed.undo_push(message="moved")
+"""
 
 # Run once in the window: work waits at the first report of a stage, and its estimate until it may be shown.
 HOLD = """
@@ -154,15 +161,19 @@ def clear_towers(window):
     wait_until_settled(window, [])
 
 
-def edit_at_all_moments(window, edits=EDITS):
-    """Make each edit at each moment of an update: number of edits that were made."""
+def list_moments(window):
+    """Moments of an update: list of (stage, shown, hidden) of `edit_while_computed`, the estimate's own last."""
+    stages = edit_while_computed(window, undo, "", 30.0)
+    clear_towers(window)
+    assert SUNS in stages and len(stages) >= 5, stages
+    return [(stage, False, False) for stage in stages] + [(SUNS, False, True), (SUNS, True, False)]
+
+
+def edit_at_moments(window, edits, choose):
+    """Make edits of `EDITS` at those moments of an update that `choose` takes of all: number of edits made."""
     window.ask(HOLD)
     try:
-        stages = edit_while_computed(window, undo, "", 30.0)
-        clear_towers(window)
-        assert SUNS in stages and len(stages) >= 5, stages
-        moments = [(stage, False, False) for stage in stages] + [(SUNS, False, True), (SUNS, True, False)]
-        count = 0
+        moments, count = choose(list_moments(window)), 0
         for edit in edits:
             for stage, shown, hidden in moments:
                 count += 1
@@ -171,3 +182,26 @@ def edit_at_all_moments(window, edits=EDITS):
     finally:
         window.ask(LEAVE)
     return count
+
+
+def undo_first_city(window, path):
+    """Undo *Solar city* in a new file while it shows the first city, and go on undoing and redoing: it ends.
+
+    Before, the scene and its collection hold no city in any step of undo.
+    """
+    window.ask("bpy.ops.wm.read_homefile()")
+    window.ask(f"s = bpy.context.scene.citypv; s.city_path, s.suns, s.days, s.samples = {path!r}, 'days', 4, 64")
+    window.ask(HOLD)
+    try:
+        window.ask(f"hold = bpy.app.driver_namespace['hold']; hold['stage'] = {ELECTRICITY!r}")
+        window.ask(in_view(BEFORE + "bpy.ops.citypv.solar_city('INVOKE_DEFAULT')"))
+        window.wait_for("bpy.app.driver_namespace['hold']['held'].is_set() and 'City' in bpy.data.objects", 300)
+        window.point("mousemove", *IN_VIEW, "key", "ctrl+z")
+        window.wait_for("'City' not in bpy.data.objects")
+        for key in ("ctrl+z", "ctrl+shift+z", "ctrl+shift+z", "ctrl+z"):
+            window.point("key", key, "sleep", 0.2)
+        window.ask("bpy.app.driver_namespace['hold']['stage'] = ''; bpy.app.driver_namespace['hold']['go'].set()")
+        window.wait_for(f"{RUNNING} is None", 60)
+        assert not window.ask("answer = 'City' in bpy.data.objects")
+    finally:
+        window.ask(LEAVE)
