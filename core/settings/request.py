@@ -125,6 +125,8 @@ class Request(SystemSettings):
         "file",
         "whole hours of a calendar year for sums and series, in a fixed offset from UTC without summer time: utc or "
         "±HH:MM; file: the weather's own times",
+        title="Time axis",
+        panel="weather",
         metavar="ZONE",
     )
     weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", least=0)

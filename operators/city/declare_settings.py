@@ -100,10 +100,12 @@ def read_properties(settings):
     """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
     found = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
-    for name, _, details in list_titled():
+    for name, default, details in list_titled():
         value = getattr(settings, name)
         # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
         value = float(f"{value:.6g}") if isinstance(value, float) else value
+        if details.kind == "text" and not details.none:
+            value = value or default  # what was cleared
         unset = (UNSET,) if left_to_program(details) else ("", details.none) if details.none else ()
         found[name] = None if value in unset else value
     return found

@@ -138,3 +138,11 @@ def test_weather_without_a_place_is_given_one(addon, tmp_path):
 )
 def test_errors_name_what_the_panel_has(told, shown):
     assert in_panel_words(told) == shown
+
+
+def test_the_time_axis_is_that_of_the_command_line(addon):
+    assert read_settings(addon).time_axis == "file"
+    addon.time_axis = "+01:00"
+    assert read_settings(addon).time_axis == "+01:00"
+    addon.time_axis = ""
+    assert read_settings(addon).time_axis == "file"
