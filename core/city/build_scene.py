@@ -92,7 +92,8 @@ def build_scene(
     if site is None:
         low, high = city.points.min(axis=0), city.points.max(axis=0)
         origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
-        there = locate_site(city.plane or city.crs, origin, latitude, longitude)
+        source = next(iter(city.report.files), None)
+        there = locate_site(city.plane or city.crs, origin, latitude, longitude, source=source)
         site = Site(*there[:2], origin[2], there[2], city.crs, origin, city.axes, city.plane)
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area, options.sectors)

@@ -11,6 +11,7 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from .city import number_names
 from .join_sheets import UP, join_sheets, look
+from .number_sheets import find_yards, number_sheets
 from .polygons import normals_of
 from .scene import check_scene, surface_of_triangles
 
@@ -21,10 +22,11 @@ BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
 def find_ground(scene):
     """Triangles of the ground.
 
-    Many meshes have no classes. A "building" without any is the ground if all of its faces point up, it covers at least
-    half of the city's bounds, and most of what the others show to the side and upwards stands above it: of a roof drawn
-    by itself, or the deck of a podium, the walls of its own house stand below it or beside it. Several that meet
-    (`join_sheets`) count as one, so that pavements, lawns and squares may be objects of their own.
+    Many meshes have no classes. Of such a mesh the faces that point up are the ground, if they are all of it or no
+    walls hang from their rim (`number_sheets`), if they cover at least half of the city's bounds, and most of what the
+    others show to the side and upwards stands above them: of a roof drawn by itself, or the deck of a podium, the walls
+    of its own house stand below it or beside it. Several that meet (`join_sheets`) count as one, so that pavements,
+    lawns and squares may be objects of their own, or tiles hold their own houses.
 
     Parameters
     ----------
@@ -45,27 +47,39 @@ def find_ground(scene):
     upward, inside = upward_areas(vertices, triangles), np.zeros(len(vertices), bool)
     inside[triangles[own]] = True
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
-    lowest = np.full(building.max() + 1, np.inf)
-    np.minimum.at(lowest, building[own], upward[own])
+    # Meshes without classes. What has an underside is a slab; houses joined with ground have one where they stand.
     classes = np.append(np.asarray(scene.surfaces.thematic, str) != "", True)[surface]
-    lowest[building[own & (classes | ground)]] = 0
-    spanned, sheets = np.bincount(building[own], upward[own] / 2), (lowest > 0) & (lowest < np.inf)
+    rising, sinking = (np.bincount(building[own], np.maximum(sign * upward[own], 0)) for sign in (1, -1))
+    candidate = np.append(2 * sinking < rising, False)
+    candidate[building[own & (classes | ground)]] = False
+    mesh = np.where(candidate[building], building, -1)
     enough = max(SPANNED * whole, 1e-12)
-    if spanned[sheets].sum() < enough:
+    if upward[(mesh >= 0) & (upward > 0)].sum() / 2 < enough:
         return ground
-    group, alone = np.full(len(sheets), -1), np.where(sheets, np.arange(len(sheets)), -1)
-    some = np.flatnonzero(own & sheets[building])
-    group[sheets] = join_sheets(vertices, triangles[some], np.cumsum(sheets)[building[some]] - 1, triangles)
-    for number in (group, alone):
+    sheet, alone = number_sheets(vertices, triangles, upward > 0, mesh)
+    some = np.flatnonzero(sheet >= 0)
+    spanned = np.bincount(sheet[some], upward[some] / 2, len(alone))
+    if spanned.sum() < enough:
+        return ground
+    group = join_sheets(vertices, triangles[some], sheet[some], triangles)
+    for number in (group, np.where(alone, np.arange(len(alone)), -1)):
         area = np.bincount(number + 1, spanned)[1:]
         for one in np.flatnonzero(area >= enough):
-            sheet = own & (number[building] == one)
-            if not ground[sheet].all() and carries_most(vertices, triangles[sheet], vertices[triangles[own & ~sheet]]):
-                ground |= sheet
+            members = np.append(number == one, False)
+            chosen = members[sheet]
+            if ground[chosen].all():
+                continue
+            # Where houses share corners with the ground, it has yards, and there is none below their roofs.
+            mixed = not alone[members[:-1]].all()
+            if mixed:
+                chosen = find_yards(vertices, triangles, np.where(np.append(alone, True)[sheet], -1, sheet), chosen)
+            others = vertices[triangles[own & ~chosen]]
+            if carries_most(vertices, triangles[chosen], others, steep=mixed):
+                ground |= chosen
     return ground
 
 
-def carries_most(vertices, sheet, corners):
+def carries_most(vertices, sheet, corners, *, steep=False):
     """Whether most of the area of some faces has a mesh straight below the place before its middle.
 
     Parameters
@@ -75,10 +89,14 @@ def carries_most(vertices, sheet, corners):
         Triangles of the mesh.
     corners : (t, 3, 3) float64 [m]
         The faces; those that face down, as floors and undersides, do not count.
+    steep : bool
+        Whether only faces steeper than 60° count.
     """
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     shown = (area > 0) & (normal[:, 2] > -np.sin(np.radians(1)) * area)
+    if steep:
+        shown &= normal[:, 2] < 0.5 * area
     corners, normal, area = corners[shown], normal[shown], area[shown]
     places = corners.mean(axis=1) + BEFORE * normal / area[:, None]
     above = height_below(vertices, sheet, places, places[:, 2]) > -np.inf

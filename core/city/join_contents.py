@@ -113,7 +113,8 @@ def _choose_grid(contents, crs, like):
         if len(points):
             ends = np.stack([points.min(axis=0), points.max(axis=0)])
             bounds.append(ends if content.axes == contents[0].axes else ends[:, [1, 0, 2]])
-    grid, note = choose_plane(crs, contents[0].axes, np.concatenate([np.empty((0, 3)), *bounds]))
+    points = np.concatenate([np.empty((0, 3)), *bounds])
+    grid, note = choose_plane(crs, contents[0].axes, points, contents[0].path)
     contents[0].notes += [note] if note else []
     if grid.plane is not None and plane_of(grid.plane)[0].name == LOCAL:
         for content in contents:

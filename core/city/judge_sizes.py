@@ -39,13 +39,18 @@ def judge_unit(contents):
     heights = [high - low for content in contents for low, high in _heights_of(content)]
     if not heights or (middle := float(np.median(heights))) < DOUBTED:
         return "m", []
-    likely = [unit for unit in ("ft", "in", "cm", "mm") if USUAL[0] <= middle * UNITS[unit] <= USUAL[1]]
+    likely = likely_units(middle)
     sizes = f"half of the buildings are over {middle:,.0f} high"
     if middle >= TALLEST and len(likely) == 1:
         words = f"Coordinates were taken for {NAMES[likely[0]]}, since {sizes}; --unit m takes them for metres."
         return likely[0], [words]
     options = " or ".join(f"--unit {unit}" for unit in likely) or "--unit"
     return "m", [f"Coordinates were taken for metres, but {sizes}. If that is not so, give {options}."]
+
+
+def likely_units(height):
+    """Units in which the height of a building, a number, would be a usual one: list of str."""
+    return [unit for unit in ("ft", "in", "cm", "mm") if USUAL[0] <= height * UNITS[unit] <= USUAL[1]]
 
 
 def _heights_of(content):

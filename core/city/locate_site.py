@@ -16,7 +16,7 @@ from .transform_crs import find_globe_places, plane_of
 STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
 
 
-def locate_site(crs, point, latitude=None, longitude=None):
+def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     """Latitude, longitude and meridian convergence of a point.
 
     The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing sign conventions.
@@ -31,6 +31,8 @@ def locate_site(crs, point, latitude=None, longitude=None):
         East and north in that system.
     latitude, longitude : float, optional
         [°] Given by the user; override those of the system.
+    source : path-like, optional
+        The file, named in errors; else the system is.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
         if latitude is not None and longitude is not None:
             return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
-        raise InputError(plane.name, problem, "correct the srsName, or give --latitude and --longitude")
+        raise InputError(source or plane.name, problem, "correct the srsName, or give --latitude and --longitude")
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
     latitude = float(here[1]) if latitude is None else latitude
     longitude = float(here[0]) if longitude is None else longitude

@@ -3,7 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..settings.errors import count_of, list_some
 from .city import number_names
+from .judge_sizes import NAMES, TALLEST, likely_units
 from .polygons import measure_polygons, polygon_bounds
 
 EARTH = (-600.0, 9500.0)  # [m] nothing is built lower or higher: the Dead Sea's shore is at −430 m
@@ -22,7 +24,8 @@ def find_strays(city, report):
     ----------
     city : City
     report : ImportReport
-        Buildings that are left out are added, and are not counted any more.
+        Buildings that are left out are added, and are not counted any more; others that are over 1,000 m high are
+        named in a note.
 
     Returns
     -------
@@ -50,6 +53,17 @@ def find_strays(city, report):
         names = list(dict.fromkeys(name for name, out in zip(city.building_id, gone, strict=True) if out))
         report.skip(STRAY, names, measure_polygons(*city.shape)[0][gone].sum())
         report.building_count -= len(names)
+    tall = np.flatnonzero((top - base > TALLEST) & ~stray)
+    # Where most are, and no reference system tells the unit, a note on units stands already.
+    if len(tall) and (city.crs is not None or 2 * len(tall) < count):
+        names = list(dict.fromkeys(city.building_id))
+        height = float(np.median((top - base)[tall]))
+        likely = " or ".join(NAMES[unit] for unit in likely_units(height))
+        meant = f" Heights in {likely}?" if likely else ""
+        report.notes.append(
+            f"{count_of(len(tall), 'building')} over 1,000 m high, half of them over {height:,.0f} m, which none on "
+            f"Earth is; read as drawn: {list_some([names[k] for k in tall])}.{meant} Correct their heights."
+        )
     return ~gone
 
 

@@ -175,7 +175,7 @@ def grid_of(place):
     return Grid(place.crs, place.axes, place.plane)
 
 
-def choose_plane(crs, axes, points):
+def choose_plane(crs, axes, points, source=None):
     """The plane in true metres for points of files.
 
     That of their own system where it has metres, x east, y north, and a scale within 0.3 % of 1 at the middle of the
@@ -187,6 +187,8 @@ def choose_plane(crs, axes, points):
     axes : {'xy', 'yx'}
     points : array, (m, 3) float64
         In the order and the units of the files.
+    source : path-like, optional
+        The file, named in errors; else the system is.
 
     Returns
     -------
@@ -204,9 +206,9 @@ def choose_plane(crs, axes, points):
         return Grid(crs, axes), None
     middle = 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
     if system.is_geographic:
-        _check_degrees(_east_first(points, axes), system)
+        _check_degrees(_east_first(points, axes), system, source)
         note = f"Degrees of {system.name} projected to metres around their middle."
-        grid = Grid(crs, axes, _local_plane(system, middle, axes))
+        grid = Grid(crs, axes, _local_plane(system, middle, axes, source))
     else:
         unit = system.axis_info[0].unit_conversion_factor
         scale, turned = measure_steps(system, middle, axes)
@@ -222,7 +224,7 @@ def choose_plane(crs, axes, points):
         if directions != EAST_NORTH or turned:
             why = f"counts to the {' and '.join(axis.direction for axis in system.axis_info[:2])}"
         note = f"{system.name} {why}: the city was brought to true metres east and north; what is written is as read."
-        grid = Grid(crs, axes, _local_plane(system, middle, axes))
+        grid = Grid(crs, axes, _local_plane(system, middle, axes, source))
     return grid, note
 
 
@@ -259,24 +261,25 @@ def _east_first(points, axes):
     return points if axes == "xy" else points[:, [1, 0, 2]]
 
 
-def _check_degrees(points, system):
+def _check_degrees(points, system, source):
     """Raise an error where degrees are beyond what there is, or too far apart for one plane."""
     unit = np.degrees(system.axis_info[0].unit_conversion_factor)
     low, high = points[:, :2].min(axis=0) * unit, points[:, :2].max(axis=0) * unit
     if max(-low[1], high[1]) > 90 or max(-low[0], high[0]) > 360:
-        raise InputError(system.name, "degrees expected, the coordinates are beyond 90 or 360", "correct the srsName")
+        problem = f"{system.name} has degrees, but its coordinates are beyond 90 or 360"
+        raise InputError(source or system.name, problem, "correct the srsName")
     if high[0] - low[0] > 60 or high[1] - low[1] > 60:
         places = " and ".join(f"{first:g} to {last:g}" for first, last in zip(low, high, strict=True))
         problem = f"longitudes and latitudes of {places}: too far apart for one plane"
-        raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
+        raise InputError(source or system.name, problem, "correct the coordinates, or give one city at a time")
 
 
-def _local_plane(system, middle, axes):
+def _local_plane(system, middle, axes, source):
     """Transverse Mercator with scale 1 at a place of a system, on its datum: WKT."""
     (latitude,), (longitude,) = find_globe_places([middle], system, axes)
     if not np.isfinite([latitude, longitude]).all():
         problem = f"the point {middle[0]:g}, {middle[1]:g} lies outside {system.name}"
-        raise InputError(system.name, problem, "correct the srsName, or the coordinates")
+        raise InputError(source or system.name, problem, "correct the srsName, or the coordinates")
     # Some metres beside the middle the scale is the same, and a city that was written has the same plane again.
     conversion = TransverseMercatorConversion(round(latitude, 4), round(longitude, 4), 0, 0, 1)
     return ProjectedCRS(conversion, LOCAL, geodetic_crs=globe_of(system)).to_wkt()

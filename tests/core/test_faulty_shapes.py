@@ -138,6 +138,16 @@ def test_a_base_far_from_all_others_is_left_out(tmp_path, name):
     assert [name for names in city.report.skipped.values() for name in names] == gone
 
 
+@pytest.mark.parametrize("height, told", [(1400.0, True), (1100.0, True), (800.0, False)])
+def test_a_house_over_a_thousand_metres_high_is_named_with_a_unit_that_would_do(tmp_path, height, told):
+    shapes = [box(20 * k, 0, 0, 20 * k + 10, 10, height if k == 1 else 10) for k in range(4)]
+    drawn = [building(solid(faces(*shape)), name=f"h{k}") for k, shape in enumerate(shapes)]
+    city = read(tmp_path, *drawn)
+    assert city.report.building_count == 4 and city.points[:, 2].max() == height  # read as drawn
+    notes = [note for note in city.report.notes if "over 1,000 m high" in note]
+    assert len(notes) == told and all("h1" in note and "centimetres" in note for note in notes)
+
+
 ENDS = {  # child elements of a building, and whether it is gone on the first day of 2026
     "": False,
     "<core:terminationDate>2010-01-01</core:terminationDate>": True,

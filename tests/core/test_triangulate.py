@@ -1,5 +1,7 @@
 """Triangles against areas known in closed form, and laws that every triangulation keeps."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -102,14 +104,29 @@ def test_turning_by_the_convergence_moves_grid_north_to_its_azimuth():
     assert north[2] == 5.0
 
 
+def circle(count, radius):
+    """A regular polygon on a slope."""
+    angle = 2 * np.pi * np.arange(count) / count
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    return np.column_stack([x, y, 0.75 * x])
+
+
+def test_a_ring_of_many_corners_takes_hardly_more_than_its_share_of_time():
+    """Four times the corners take less than eight times as long; with the square of corners it would be sixteen."""
+
+    def least_time(count):
+        times = []
+        for _ in range(3):
+            start = time.process_time()
+            triangulate(circle(count, 50.0), np.array([0, count]), np.array([0, 1]))
+            times.append(time.process_time() - start)
+        return min(times)
+
+    assert least_time(10_000) < 8 * least_time(2_500)
+
+
 def test_a_ring_of_many_corners_is_covered_once():
     """A regular polygon of 2,000 corners with a hole of 700 on a slope: areas n/2 · r² · sin(2π/n)."""
-
-    def circle(count, radius):
-        angle = 2 * np.pi * np.arange(count) / count
-        x, y = radius * np.cos(angle), radius * np.sin(angle)
-        return np.column_stack([x, y, 0.75 * x])
-
     points = np.concatenate([circle(2000, 50.0), circle(700, 20.0)[::-1]])
     triangles, owner = triangulate(points, np.array([0, 2000, 2700]), np.array([0, 2]))
     normal = 0.5 * np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2)))
