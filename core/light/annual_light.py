@@ -44,6 +44,7 @@ class Annual:
     unshaded: np.ndarray  # (p,) float64, light where nothing shades
     lit_ground: float  # radiosity of the far ground
     sent: np.ndarray  # (p,) bool, patches that sent shadow rays
+    suns: int  # that they were sent to
     rows: np.ndarray | None = None  # (k,) int, patches whose points go on in one net, ascending; None: all
     nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
 
@@ -86,6 +87,7 @@ def sum_suns(context, traced, watch, by_point, suns):
         unshaded=unshaded,
         lit_ground=albedo * float(weights @ np.maximum(directions[:, 2], 0)),
         sent=watch.traced,
+        suns=len(weights),
     )
 
 
@@ -98,7 +100,11 @@ def solve_annual(context, traced, annual, report=lambda done: None):
     keys = patches.key ^ mix(patches.points_before.astype(np.uint64))
     light = np.repeat(annual.light[:, None].astype(np.float32), HEMISPHERE_REPLICATES, axis=1)
     first = FirstLight(light, annual.elements, *deviations_of_spread(annual.spread.copy(), keys))
-    return solve_light(context, traced, first, annual.lit_ground, points=annual.variance, report=report)
+    # One point of a patch that sees one of the suns otherwise.
+    count = max([annual.by_point.shape[1], sum(net.light.shape[1] for net in annual.nets)])
+    look = np.where(annual.sent, annual.unshaded, 0) / (count * max(annual.suns, 1))
+    how = {"points": annual.variance, "look": look * (traced.covered_share < 1)}
+    return solve_light(context, traced, first, annual.lit_ground, **how, report=report)
 
 
 def add_points(one, new, share, *, keys, before, whole, covered):

@@ -38,7 +38,7 @@ class Light:
         self.error.own = self.error.own + variance_of_mean(values.T)
 
 
-def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=lambda done: None):
+def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, look=None, report=lambda done: None):
     """One light on the surfaces, all reflections included.
 
     Parameters
@@ -51,6 +51,8 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
         Radiosity of the far ground.
     points : (p,) float, optional
         Variance of first light that its replicates do not tell, as of shadow points.
+    look : (p,) float, optional
+        Light that one ray or point of a patch brings; 0 of patches in closed form.
     report : callable
         Called with the number of reflections done; their errors at the end take about as long as one.
 
@@ -82,6 +84,8 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, report=la
         found.cut = np.full(to_surface.shape[0], _bound_all(context, first.light, far_ground))
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
+    if look is not None:
+        own = np.where(own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own)  # but rounding
     found.error = LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0))
     return found
 
@@ -94,3 +98,13 @@ def _bound_all(context, first, far_ground):
     brightest = max(float(context.patches.albedo.max(initial=0)), context.request.ground_albedo)
     once = max(brightest * float(first.max(initial=0)), far_ground)
     return 0.0 if once == 0 else once / (1 - brightest) if brightest < 1 else np.inf
+
+
+def _variance_of_one_look(to_surface, look):
+    """Variance of surfaces whose replicates all agree: as if one ray or point of them had met something else, (n,).
+
+    They may agree by chance. One ray of four replicates that differs gives its own light,
+    `look`, as the standard error of a patch; of the patches of a surface the mean of the squares counts.
+    """
+    known = to_surface.astype(bool).astype(float) @ (look > 0)
+    return (to_surface.power(2) @ look**2) / np.maximum(known, 1)

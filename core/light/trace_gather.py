@@ -176,7 +176,10 @@ def solve_skies(context, traced, hook, clock):
         if context.bounces:
             report(0)
         ground_albedo = context.request.ground_albedo if name == SKY_DOME else 0.0
-        light = lights[name] = solve_light(context, traced, first, ground_albedo, report=report)
+        # A ray towards the sky brings its share of all light; patches in closed form and covered ones sent none.
+        sent = (traced.samples > 0) & (traced.covered_share < 1) if name == SKY_DOME else np.zeros(len(factor), bool)
+        look = np.divide(1.0, traced.samples, out=np.zeros(len(factor)), where=sent)
+        light = lights[name] = solve_light(context, traced, first, ground_albedo, look=look, report=report)
         if hook:
             light.add(hook.of_sky(name, factor * light.by_replicate.mean(axis=1)))
         clock.lap("diffuse reflections" if name == SKY_DOME else name)
