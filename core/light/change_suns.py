@@ -10,7 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
+from scipy import sparse
 
+from .form_factor_loops import link_patches
 from .form_factor_products import multiply_visible, scales_of
 from .form_factors import FormFactors, leave_rows
 from .kept_matrix import LIMIT
@@ -19,6 +21,7 @@ from .sun_blocks import FIRST_SUNS, block_of_suns
 from .sun_visibility import Shadows, count_visible, weigh_points
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
+GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
 DRIFT = 0.1  # of reflected light: when what has the mean's pattern adds up to more, all suns are solved
 
 
@@ -40,6 +43,11 @@ class Edit:
     def state_before(self, state):
         """TracedState of the city before, of which there may be fewer."""
         return self.before.states[min(state, len(self.before.states) - 1)]
+
+    def lost_rows(self):
+        """Patches of the city before whose rows no longer hold, and that are not gone: (o,) bool."""
+        count = len(self.before.context.patches)
+        return self.anew[:count] & self.context.patches.receives[:count]
 
     def bits_before(self, state):
         """Bits of the city before in a state of trees: (o, words, s) uint16."""
@@ -71,12 +79,13 @@ def change_suns(edit, drift):
         and not any(edit.hooks)
         and (albedo == old.context.patches.albedo)[receives].all()
     ):
+        guessed = 0.0
         for state, direct in enumerate(edit.direct):
             direct.visible_share = _visible_share(edit, state)
             direct.reflected = _first_reflections(edit, state)
-            drift += _add_further(edit, state) / states
-        if drift <= DRIFT:
-            return drift
+            guessed += _add_further(edit, state) / states
+        if guessed <= GUESSED and drift + guessed <= DRIFT:
+            return drift + guessed
     for direct, new in zip(edit.direct, solve_known_suns(edit), strict=True):
         direct.visible_share, direct.reflected, direct.specular = new.visible_share, new.reflected, new.specular
     return 0.0
@@ -237,27 +246,83 @@ def add_changes(rows, scale, changes, patches, surfaces):
 
 
 def _add_further(edit, state):
-    """Let reflected light add up to that of the annual light; return the share of it that this adds."""
-    context, traced, direct = edit.context, edit.traced[state], edit.direct[state]
+    """Let reflected light add up to that of the annual light; return the share of it that a guess adds.
+
+    Rows traced anew pass on what they meet: of each patch its annual light, over the suns like that of its surface.
+    What is left has the pattern of all surfaces of the same kind and orientation.
+    """
+    context, direct, before = edit.context, edit.direct[state], edit.state_before(state)
     if not context.bounces:
         return 0.0
-    reflected, before = direct.reflected, edit.state_before(state).direct.reflected
-    annual, weights = direct.annual, block_of_suns(edit.task.suns, slice(None)).weights
-    whole = edit.lights[state]["suns"].by_replicate.mean(axis=1, dtype=float) - annual.light
-    whole = context.patch_to_surface @ (whole - annual.lit_ground * traced.far_ground.mean(axis=1))
-    lack = whole - reflected @ weights
-    area = context.surfaces.area
-    # Of the same kind and orientation: what light comes from around a surface follows the sun likewise.
-    kinds = np.char.add(*(np.asarray(part, str) for part in (context.surfaces.kind, context.surfaces.orientation)))
-    whole_city = area[: len(before)] @ before
+    traced, area, first = edit.traced[state], context.surfaces.area, direct.reflected
+    suns = block_of_suns(edit.task.suns, slice(None))
+    patterns = _patterns_of_groups(context.surfaces, before.direct.reflected)
+    far = traced.far_ground.mean(axis=1)
+    whole = edit.lights[state]["suns"].by_replicate.mean(axis=1, dtype=float) - direct.annual.light
+    whole = context.patch_to_surface @ (whole - direct.annual.lit_ground * far)
+    ground = np.outer(context.patch_to_surface @ far, np.maximum(suns.directions[:, 2], 0))
+    ground *= context.request.ground_albedo
+    totals = patterns @ suns.weights
+
+    def complete(reflected):
+        """Add what lacks in the sum over the suns, and how much that is."""
+        lack = whole - reflected @ suns.weights
+        share = np.divide(lack, totals, out=np.zeros(len(lack)), where=totals > 0)
+        return np.maximum(reflected + (share[:, None] * patterns).astype(np.float32), 0), lack
+
+    lost, old = edit.lost_rows(), before.direct.reflected
+    own = before.traced, before.lights, before.direct
+    first[: len(old)] -= _pass_on(edit.before.context, own, lost, old + ground[: len(old)], suns.weights)
+    found, own = complete(first)[0], (traced, edit.lights[state], direct)
+    for _ in range(2):  # what new surfaces pass on to each other
+        found, lack = complete(first + _pass_on(context, own, edit.anew, found + ground, suns.weights))
+    direct.reflected, light = found, float(area @ whole)
+    return float(area @ np.abs(lack)) / light if light > 0 else 0.0
+
+
+def _patterns_of_groups(surfaces, known):
+    """Reflected light of each sun as on the first surfaces of the same kind and orientation: (n, s) float64.
+
+    `known`, (k, s) float32, is that of the first surfaces; where none is of that kind, the mean of all is taken.
+    """
+    kinds = np.char.add(*(np.asarray(part, str) for part in (surfaces.kind, surfaces.orientation)))
+    area, found = surfaces.area[: len(known)], np.empty((len(kinds), known.shape[1]))
     for kind in np.unique(kinds):
         rows = np.flatnonzero(kinds == kind)
-        old = rows[rows < len(before)]
-        pattern = area[old] @ before[old]
-        pattern = pattern if pattern.any() else whole_city
-        total = float(pattern @ weights)
-        if total > 0:
-            reflected[rows] += np.outer(lack[rows], pattern / total).astype(np.float32)
-    np.maximum(reflected, 0, out=reflected)
-    light = float(area @ whole)
-    return float(area @ np.abs(lack)) / light if light > 0 else 0.0
+        old = rows[rows < len(known)]
+        mean = area[old] @ known[old]
+        found[rows] = mean if mean.any() else area @ known
+    return found
+
+
+def _pass_on(context, own, rows, seen, weights):
+    """What some patches, (p,) bool, receive of reflected light that is reflected again: surfaces' light (n, s) float32.
+
+    Parameters
+    ----------
+    context : GatherContext
+    own : tuple of Traced, lights and SunLight
+    rows : (p,) bool
+    seen : (n, s) float64
+        Reflected light of surfaces, whose course over the suns their patches share.
+    weights : (s,) float32
+    """
+    (traced, lights, direct), to_surface = own, context.patch_to_surface
+    count, patches = to_surface.shape[0], len(context.patches)
+    # Patches of the ground have the mean course of all surfaces.
+    courses = np.concatenate([seen, context.surfaces.area[None] @ seen])
+    totals = courses @ weights
+    annual = lights["suns"].by_replicate.mean(axis=1, dtype=float) - direct.annual.light
+    owner = np.where(context.owner >= 0, context.owner, count)
+    amount = np.divide(annual, totals[owner], out=np.zeros(patches), where=totals[owner] > 0)
+    spread = sparse.csr_matrix((amount, (np.arange(patches), owner)), shape=(patches, count + 1))
+    found, factor = np.zeros((count, len(weights)), np.float32), traced.factor.ravel()
+    rows = rows & (context.owner >= 0)
+    for part in traced.form_factors.rows:
+        some = leave_rows(part, rows[part.chosen])
+        if not len(some.chosen):
+            continue
+        start, met, weight = link_patches((some.chosen, some.start, some.key), scales_of(traced.form_factors), factor)
+        links = sparse.csr_matrix((weight, met, start), shape=(len(some.chosen), patches))
+        found += (to_surface[:, some.chosen] @ (links @ spread)) @ courses
+    return found
