@@ -179,6 +179,25 @@ def test_ten_edits_in_a_row_keep_the_law(base_of, name):
     assert max(sizes) < 2 * min(sizes)
 
 
+@pytest.mark.parametrize("name", ["houses", "courtyard", "trees", "all rays"])
+def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatch):
+    """Visible shares are exact, so is the sum over the suns; what is guessed moves light from sun to sun by little."""
+    monkeypatch.setattr("citypv.core.light.change_suns.SMALL", 0)
+    monkeypatch.setattr("citypv.core.light.change_suns.GUESSED", np.inf)
+    city, base = base_of(name)
+    change = change_scene(base, city, edit_city(city, Change(raised={"b2": 4.0}, removed=["b0"])), base.request)
+    edited, full = trace_change(base, change), trace_wholly(base, change)
+    assert 0 < edited.drift < 0.05
+    seasons = [[one.transfer, one.transfer.bare][: len(one.city.states)] for one in (edited, full)]
+    for found, expected in zip(*seasons, strict=True):
+        assert np.abs(found.visible_share - expected.visible_share).max() < 1e-6
+        sums = [one.direct_reflected @ one.suns.weight for one in (found, expected)]
+        assert sums[0] == pytest.approx(sums[1], rel=1e-4, abs=1e-5)
+        apart = np.abs(found.direct_reflected - expected.direct_reflected) @ found.suns.weight
+        area = found.surfaces.area
+        assert area @ apart < 0.05 * (area @ sums[1])
+
+
 def test_buildings_are_taken_moved_raised_and_named_apart():
     city = make_city([*box("a", 0, 0, 4, 4, 1, 7), *box("b", 9, 0, 4, 4, 2, 5)])
     new = make_city(box("a", 0, 0, 1, 1, 0, 1))
