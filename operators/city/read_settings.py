@@ -41,10 +41,12 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
         *map(name_switch, ELECTRIC),
     ),
 }
+_answers = {}  # "folder": of `folder_of_answers`
 
 
 def read_settings(settings):
-    """Read the panel's settings, `scene.citypv`: core.request.Request."""
+    """Read the panel's settings, `scene.citypv`: core.request.Request; answers of services will be kept beside it."""
+    _note_folder()
     preferred = getattr(find_preferences(), "threads", 0)
     number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
     place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
@@ -110,9 +112,16 @@ def read_weather_place(settings):
 
 
 def folder_of_answers():
-    """Where answers of weather services are kept: beside the .blend file, else for this run of Blender."""
+    """Where answers of weather services are kept: beside the .blend file, else for this run of Blender.
+
+    As it was when settings were read last, in Blender's thread: work in another one may ask for it.
+    """
+    return _answers["folder"]
+
+
+def _note_folder():
     beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
-    return beside / "asked_weather"
+    _answers["folder"] = beside / "asked_weather"
 
 
 def find_preferences():

@@ -13,7 +13,7 @@ from citypv.core.effects.table import TABLE
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import declared_settings
 from citypv.operators.city import read_settings as read_settings_module
-from citypv.operators.city.read_settings import read_settings, state_of_step
+from citypv.operators.city.read_settings import folder_of_answers, read_settings, state_of_step
 from citypv.operators.light.plan_trace import PRICES, find_preset, read_plan
 from citypv.operators.run_step import in_panel_words
 
@@ -146,3 +146,11 @@ def test_the_time_axis_is_that_of_the_command_line(addon):
     assert read_settings(addon).time_axis == "+01:00"
     addon.time_axis = ""
     assert read_settings(addon).time_axis == "file"
+
+
+def test_work_asks_blender_for_no_folder(addon, tmp_path):
+    """Answers of services are kept beside the file that was open when the settings were read."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "city.blend"))
+    read_settings(addon)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert folder_of_answers() == tmp_path / "asked_weather"
