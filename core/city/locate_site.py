@@ -141,10 +141,11 @@ def find_on_earth(points, site):
         if np.allclose(own[:, 0], [site.latitude, site.longitude], rtol=0, atol=1e-6):
             found = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
             return np.where(np.isfinite(found), found, np.nan)
-    globe, ones = pyproj.Geod(ellps="WGS84"), np.ones(len(points))
-    azimuth, length = np.degrees(np.arctan2(points[:, 0], points[:, 1])), np.hypot(points[:, 0], points[:, 1])
-    longitude, latitude, _ = globe.fwd(site.longitude * ones, site.latitude * ones, azimuth, length)
-    return latitude, longitude
+    ways = np.full((4, len(points)), [[site.longitude], [site.latitude], [0.0], [0.0]])
+    ways[2:] = np.degrees(np.arctan2(points[:, 0], points[:, 1])), np.hypot(points[:, 0], points[:, 1])
+    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4 warns.
+    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
+    return np.array([latitude, longitude])
 
 
 def turn_to_true_north(points, convergence):
