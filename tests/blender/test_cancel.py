@@ -17,6 +17,7 @@ from citypv.core.results.transfer_file import write_transfer
 from citypv.core.settings.progress import CancelledError, silent
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.build_meshes import hold_cities
 from citypv.operators.city.read_settings import read_settings
 from citypv.operators.job import Job
 from citypv.operators.picture.timeline import StartTimeline
@@ -58,6 +59,7 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
 
 def make_step(job, scene=None):
     """The modal operator of a job without a window; it keeps what it reports, and in which scenes it ends."""
+    hold_cities(bpy.context.scene, "Trace light")  # as each step begins
 
     class Stand(Step):
         bl_label, _job, _scene, told, scenes = "Trace light", job, scene, [], []
