@@ -29,6 +29,7 @@ class Session:
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
+    base_city: Any = None  # City that `base` was traced of, where it is another one: while an estimate is shown
     told: Any = None  # of an edit: what was found, to be shown again without tracing
     state: Any = None  # of an edit: design of the city and settings of the energy that it was found for
     change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)

@@ -64,19 +64,20 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         if known is None:
             base = session.base
             imported, city = seen.make()
-            change = change_scene(base, session.city, city, base.request, progress)
+            traced = session.base_city or session.city
+            change = change_scene(base, traced, city, base.request, progress)
             scene = written_scene(change.scene, change.rows)
 
             def preview(*light):
                 if session.energy is not None and found.empty():
-                    draft = Session(city=city, imported=imported, scene=scene, base=base)
+                    draft = Session(city=city, imported=imported, scene=scene, base=base, base_city=traced)
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             edited = trace_change(base, change, progress=progress, preview=preview)
             known = Session(city, imported, scene, transfer=edited.transfer, base=edited, state=state)
             findings = list_findings(scene, edited.transfer.covered_share)
-            traced = known, known, findings, (describe_albedo(scene, base.request), [])
-            known.told = traced, WeighEnergy.work((known, None, request), progress)
+            light = known, known, findings, (describe_albedo(scene, base.request), [])
+            known.told = light, WeighEnergy.work((known, None, request), progress)
         return seen, known, tell_errors(before, known, known.told[1][2], request)
 
     def modal(self, context, event):

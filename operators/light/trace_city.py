@@ -120,6 +120,7 @@ def keep_light(context, session, found, findings, albedos):
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
     session.weather, session.transfer, session.base = found.weather, transfer, found.base
+    session.base_city = None
     interrupted = transfer.record.interrupted
     city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     return city[INTERRUPTED]

@@ -11,9 +11,11 @@ from steps import add_box, add_tower, assert_full_run, colours_of, here, refuse,
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.written_scene import written_scene
 from citypv.core.light.change_light import trace_change
+from citypv.core.settings.progress import silent
 from citypv.core.study import change_scene, compute_energy
 from citypv.operators.attributes import CHANGE, read_corners, read_face_attribute
-from citypv.operators.edits.update_city import estimate_hours
+from citypv.operators.edits import update_city
+from citypv.operators.edits.update_city import UpdateCity, estimate_hours
 from citypv.operators.members import describe_edit, list_members
 from citypv.operators.picture.build_legend import note_of
 from citypv.operators.session import list_cities
@@ -124,6 +126,34 @@ def test_the_estimate_before_the_exact_numbers_is_close(addon, city_file):
     known = np.isfinite(exact)
     assert (np.isfinite(seen[0]) == known).all() and np.abs(change[known]).max() > 50
     assert np.abs(seen[0] - exact)[known].max() < 0.2 * np.abs(change[known]).max()
+
+
+class Watched:
+    """An update that shows its estimate, as in a window."""
+
+    _keep_before = UpdateCity._keep_before
+
+    def report(self, *_):
+        """Tell nobody."""
+
+
+def test_an_edit_while_an_estimate_is_shown_is_one_of_what_was_traced(traced, monkeypatch):
+    """A second tower comes while the estimate of the first is seen: the light is that of a full run with both."""
+    monkeypatch.setattr(update_city, "is_editing", lambda context: False)
+    first = add_tower()
+    first["citypv_of"] = here()["citypv_id"]
+    bpy.context.view_layer.update()
+    shown = Watched()
+    UpdateCity.work(UpdateCity.prepare(shown, bpy.context), silent)
+    UpdateCity.refine(shown, bpy.context)
+    assert here()["citypv_preview"] and session_here().transfer is None
+    second = add_tower(25.0)
+    second.name, second["citypv_of"] = "second", here()["citypv_id"]
+    update()
+    session = session_here()
+    count = session.transfer.surfaces.building_id.count
+    assert (count("tower"), count("second")) == (6, 6)
+    assert_full_run(session)
 
 
 def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(traced):
