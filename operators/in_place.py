@@ -14,6 +14,7 @@ TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where on
 WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
+WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
 METRES = PREFIX + "metres"  # of one unit of Blender's scene
 IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same

@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 
 from .attributes import PREFIX, read_array, read_corners
-from .in_place import MASK, is_in_place
+from .in_place import MASK, WORN_COLOURS, is_in_place
 
 
 def describe_object(city, item):
@@ -31,7 +31,7 @@ def describe_shape(city, item):
 
 def own_modifiers(item):
     """Modifiers that the user gave to an object: list of bpy.types.Modifier."""
-    return [modifier for modifier in item.modifiers if modifier.name != MASK]
+    return [modifier for modifier in item.modifiers if modifier.name not in (MASK, WORN_COLOURS)]
 
 
 def describe_mesh(city):

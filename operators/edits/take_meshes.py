@@ -11,7 +11,7 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import is_single
+from ..in_place import WORN_COLOURS, is_single
 from ..run_step import Step, leave_edit_mode
 from ..session import find_objects
 from ..worn_faces import name_faces
@@ -166,7 +166,9 @@ def _add_tree(content, name, item, matrix):
 
 def _add_building(content, building, item, matrix, ids):
     content.buildings.append(building)
-    rings, materials = _read_rings(item.data, matrix), name_face_materials(item, item.data)
+    # The colours that it may show hide the user's materials, which its own mesh has.
+    worn = item.original if WORN_COLOURS in item.original.modifiers else item
+    rings, materials = _read_rings(item.data, matrix), name_face_materials(worn, worn.data)
     for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
         # Repeat the first point: an open ring would count as repaired.
         rings = [np.concatenate([ring, ring[:1]])]

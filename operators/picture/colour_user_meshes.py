@@ -6,11 +6,12 @@ split into cells) have no place for results of each face: while colours are show
 moved as before; the city's own object shows their faces.
 """
 
+import bpy
 import numpy as np
 
 from ..attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
-from ..in_place import MASK, is_in_place, is_single, list_taken, list_worn
-from .colour_faces import COLOUR_ATTRIBUTE, write_colours
+from ..in_place import MASK, WORN_COLOURS, is_in_place, is_single, list_taken, list_worn
+from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
 HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
@@ -26,6 +27,7 @@ def colour_user_meshes(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
             write_on_mesh(city.data, item.data, triangles, faces)
+            _show_in_pictures(item)
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
@@ -46,6 +48,8 @@ def uncolour_user_meshes(city):
             item.display_type = item.pop(HIDDEN)
         if item.type != "MESH":
             continue
+        if WORN_COLOURS in item.modifiers:
+            item.modifiers.remove(item.modifiers[WORN_COLOURS])
         colours = item.data.color_attributes
         if COLOUR_ATTRIBUTE in colours:
             colours.remove(colours[COLOUR_ATTRIBUTE])
@@ -56,6 +60,22 @@ def uncolour_user_meshes(city):
     if is_in_place(city):
         city.hide_set(True)
     city[WORN], city[STAND_INS] = False, ""
+
+
+def _show_in_pictures(item):
+    """Let a modifier give an object the material of the colours: Cycles and Eevee draw materials only."""
+    if MATERIAL not in bpy.data.materials or WORN_COLOURS in item.modifiers:
+        return
+    group = bpy.data.node_groups.get(WORN_COLOURS)
+    if group is None:
+        group = bpy.data.node_groups.new(WORN_COLOURS, "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        start, paint, end = map(group.nodes.new, ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput"))
+        paint.inputs["Material"].default_value = bpy.data.materials[MATERIAL]
+        group.links.new(start.outputs["Geometry"], paint.inputs["Geometry"])
+        group.links.new(paint.outputs["Geometry"], end.inputs["Geometry"])
+    item.modifiers.new(WORN_COLOURS, "NODES").node_group = group
 
 
 def write_on_mesh(source, mesh, triangles, faces):

@@ -233,3 +233,24 @@ def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
         assert len(meshes) == 1 and not meshes[0].hide_render
     assert len(list_cities(bpy.context.scene)) == 1
     assert follow_undo in bpy.app.handlers.undo_post
+
+
+def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
+    """A roof has the colour in a picture by Cycles that the view shows; the material of the user stays its own."""
+    run("take_meshes", "classify", "trace", "energy")
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location = (100, 0, 30)  # above the house, looking down
+    scene.collection.objects.link(camera)
+    scene.camera, scene.render.engine, scene.cycles.samples = camera, "CYCLES", 2
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.filepath = str(tmp_path / "roof.png")
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(scene.render.filepath)
+    middle = np.array(picture.pixels[:]).reshape(16, 16, 4)[8, 8, :3]
+    house = town["House"]
+    top = max(house.data.polygons, key=lambda face: face.normal.z)
+    np.testing.assert_allclose(middle, colours_of(house.data)[top.loop_start], atol=0.02)
+    assert [slot.material.name for slot in house.material_slots] == ["Brick"]
+    addon.show_colours = False
+    assert not house.modifiers
