@@ -8,6 +8,7 @@ import shapely
 
 from .city import number_names, starts_of, take_polygons
 from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds
+from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
@@ -32,13 +33,30 @@ def repair_polygons(city, sources, report):
     -------
     City
     """
+    untangled = _find_untangled(city, report)
+    city, sources = take_polygons(city, untangled), np.array(sources)[untangled]
     city, rows = unite_holes(_exchange_rings(_drop_holes(city, report), report), report)
     usable = _find_usable(city, report)
-    city, sources = take_polygons(city, usable), np.array(sources)[rows[usable]]
+    city, sources = take_polygons(city, usable), sources[rows[usable]]
     city = take_polygons(city, _find_first_geometry(city, sources, report))
     city = take_polygons(city, _find_singles(city, report))
     _note_bent(city, report)
     return city
+
+
+def _find_untangled(city, report):
+    """Polygons no ring of which crosses itself very often: (n,) bool."""
+    area, normal = measure_polygons(*city.shape)
+    polygon = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
+    kept = np.ones(len(city), bool)
+    for ring in np.flatnonzero(np.diff(city.ring_start) >= FEWEST_CORNERS):
+        # Seen along the normal of the polygon, as everything after this sees it.
+        corners = city.points[city.ring_start[ring] : city.ring_start[ring + 1]]
+        axes = np.concatenate(plane_axes(normal[polygon[ring]][None]))
+        kept[polygon[ring]] &= not is_tangled((corners - corners[0]) @ axes.T)
+    reason = f"crosses itself more than {MOST_CROSSINGS:,} times"
+    report.skip(reason, city.names_of(~kept), np.maximum(area[~kept], 0.0).sum())
+    return kept
 
 
 def _drop_holes(city, report):

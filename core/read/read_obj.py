@@ -8,6 +8,7 @@ import shapely
 from ..city.city import FileContent, Polygon, number_names
 from ..city.judge_sizes import judge_up
 from ..city.polygons import measure_rings, number_connected
+from ..city.tangled_rings import is_tangled
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
 from .parse_obj import parse_obj, read_libraries, turn_up
@@ -118,8 +119,10 @@ def _pieces(faces, vertices):
 
 def _stacked(faces, vertices, piece):
     """Pairs of pieces of which, in plan view, one lies mostly on the other."""
-    shapes = np.array([shapely.Polygon(vertices[face, :2]) for face in faces], dtype=object)
-    middles = shapely.points(np.array([vertices[face, :2].mean(axis=0) for face in faces]))
+    plans = [vertices[face, :2] for face in faces]
+    # A face that crosses itself very often is left out later, and carries nothing.
+    shapes = np.array([shapely.Polygon(None if is_tangled(plan) else plan) for plan in plans], dtype=object)
+    middles = shapely.points(np.array([plan.mean(axis=0) for plan in plans]))
     tree = shapely.STRtree(shapely.make_valid(shapes))
     face, on = tree.query(middles, "dwithin", distance=TOUCH)
     other = piece[face] != piece[on]

@@ -13,6 +13,7 @@ from cityjson_text import model as json_model
 from test_levels import box, faces, part
 
 from citypv.core.city.polygons import measure_polygons
+from citypv.core.city.tangled_rings import is_tangled
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
@@ -228,3 +229,25 @@ def test_what_no_longer_stands_of_cityjson(tmp_path):
     city = read_city(tmp_path / "city.json")
     assert set(city.building_id) == {"house"} and not city.trees
     assert list(city.report.skipped.values()) == [["old", "tree"]]
+
+
+def test_a_ring_that_crosses_itself_very_often_is_left_out(tmp_path):
+    """60,000 corners at random have 600 million crossings. A star of 25 points has 25 · 11 = 275 and stays."""
+    places = np.random.default_rng(0).random((60_000, 2)) * 100
+    turn = 2 * np.pi * 12 * np.arange(25) / 25
+    star = np.c_[200 + 10 * np.cos(turn), 10 * np.sin(turn)]
+    lines = []
+    for name, corners in (("noise", places), ("star", star)):
+        lines += [f"o {name}", *(f"v {x:.6f} {y:.6f} 10" for x, y in corners)]
+        lines += ["f " + " ".join(str(k - len(corners)) for k in range(len(corners)))]
+    (tmp_path / "noise.obj").write_text("\n".join(lines), "utf-8")
+    city = read_city(tmp_path / "noise.obj")
+    assert list(city.building_id) == ["star"]
+    assert any("crosses itself more than 1,000 times" in reason for reason in city.report.skipped)
+
+
+@pytest.mark.parametrize(("points", "tangled"), [(91, False), (101, True)])
+def test_crossings_are_counted(points, tangled):
+    """The star polygon {n/k} crosses itself n (k - 1) times: 910 and 1,010."""
+    turn = 2 * np.pi * 11 * np.arange(points) / points
+    assert is_tangled(np.c_[np.cos(turn), np.sin(turn)]) == tangled
