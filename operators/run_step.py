@@ -197,7 +197,6 @@ class Step:
 
     def _leave(self, context):
         leave_step(context)
-        context.workspace.status_text_set(None)
         redraw_panels(context)
 
 
@@ -205,6 +204,7 @@ def leave_step(context):
     """Forget the running step, if there is one: as its work has ended, or as Blender no longer calls its operators."""
     if Step.current is not None:
         context.window_manager.event_timer_remove(Step.timer)
+        context.workspace.status_text_set(None)
     Step.current = Step.timer = None
 
 
