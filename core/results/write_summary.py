@@ -23,7 +23,7 @@ from .list_findings import list_findings
 
 LIBRARIES = (  # all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
     *("cftime", "embreex", "h5netcdf", "h5py", "lxml", "mapbox-earcut", "numba", "numpy", "pandas", "pvlib", "pyproj"),
-    *("rasterio", "scikit-learn", "scipy", "shapely", "threadpoolctl", "tifffile", "tsam", "xarray"),
+    *("rasterio", "requests", "scikit-learn", "scipy", "shapely", "threadpoolctl", "tifffile", "tsam", "xarray"),
 )
 
 

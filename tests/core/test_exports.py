@@ -140,11 +140,11 @@ def decode(colours):
 
 
 def test_types_of_surfaces_without_a_class(tmp_path):
-    """A table: its top faces up, its underside hangs above the floor of the house beneath."""
+    """A house, and 3 m above its roof a face that looks down: none of the floor on the ground."""
     text = "\n".join(
         [f"v {x} {y} {z}" for z in (0, 5, 8) for x, y in ((0, 0), (9, 0), (9, 9), (0, 9))]
         + ["o house", "f 4 3 2 1", "f 5 6 7 8", "f 1 2 6 5", "f 2 3 7 6", "f 3 4 8 7", "f 4 1 5 8"]
-        + ["v 20 0 5", "v 29 0 5", "v 29 9 5", "v 20 9 5", "f 16 15 14 13"]
+        + ["v 1 1 11", "v 8 1 11", "v 8 8 11", "v 1 8 11", "f 16 15 14 13"]
     )
     (tmp_path / "city.obj").write_text(text, encoding="utf-8")
     options = ["--latitude", "50", "--longitude", "8", "--cityjson", "--out", str(tmp_path / "out")]
