@@ -13,6 +13,7 @@ import tifffile
 from memory_of_reading import memory_of_refusal
 from weathers import ERA5
 
+from citypv.__main__ import main
 from citypv.core.commands.run_log import print_output
 from citypv.core.read.open_geotiff import open_geotiff, unpack_bits
 from citypv.core.read.open_input import open_input
@@ -198,3 +199,21 @@ def test_closed_and_full_outputs_are_no_traceback(tmp_path, city, ends):
     full = ends == "1>/dev/full"
     assert ended.returncode == int("full" in ends)
     assert ended.stderr.endswith("citypv: error: standard output: No space left on device\n") or not full
+
+
+@POSIX
+def test_a_full_disk_ends_a_plot_in_one_line(tmp_path, city):
+    """Files may have 4 or 8 kB at most, so that a picture ends in its middle, as on a full disk."""
+    results = tmp_path / "out"
+    few = ["--latitude", "50", "--longitude", "8", "--weather", "clear-sky", "--samples", "16", "--suns", "days:2"]
+    assert main(["simulate", str(city), "--out", str(results), *few, "--quiet"]) == 0
+    kept = {path.name for path in results.iterdir()}
+    program = "from citypv.__main__ import run_program; run_program()"
+    command = f"ulimit -f 8; {sys.executable} -c '{program}' plot {results}"
+    ended = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert "Traceback" not in ended.stderr
+    said = ended.stderr.strip().splitlines()[-1]
+    path = re.escape(str(results))
+    assert re.match(rf"citypv: error: {path}\S+: cannot be written \(.+\): is the disk full\?$", said), said
+    assert {path.name for path in results.iterdir()} == kept  # no half of a picture
