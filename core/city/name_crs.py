@@ -1,6 +1,7 @@
 """Names of coordinate reference systems, as files spell them and as pyproj knows them."""
 
 import re
+from functools import lru_cache
 
 import pyproj
 
@@ -97,6 +98,7 @@ def pick_crs(names):
     return max(names, key=lambda crs: (len(pyproj.CRS.from_user_input(crs).axis_info), len(crs)), default=None)
 
 
+@lru_cache(maxsize=64)
 def hash_plane(crs):
     """What the horizontal part of a system, in any spelling, is told by: its EPSG code or definition."""
     system = pyproj.CRS.from_user_input(crs)

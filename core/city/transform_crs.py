@@ -21,6 +21,7 @@ LOCAL = "local transverse Mercator"  # name of a plane around the middle of a ci
 STEP = 100.0  # [m] large against rounding, small against the curvature of a parallel
 
 
+@lru_cache(maxsize=64)  # of PROJ's slower ways
 def plane_of(crs):
     """Horizontal part of a coordinate reference system, and metres per unit of its heights.
 

@@ -10,9 +10,11 @@ import pandas as pd
 import pytest
 from cityjson_text import at, house, model, row
 from small_city import TABLES
+from test_read_obj import house_statements
 from weathers import ERA5
 
 from citypv.__main__ import main
+from citypv.core.commands import simulate
 from citypv.core.commands.command_line import COMMANDS, build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
@@ -137,6 +139,16 @@ def test_interrupted_run_leaves_nothing(city, tmp_path):
 def test_progress_tells_rate_and_rest():
     assert describe_progress(500e6, 1e9, "rays", 25) == "50 %, 20 Mrays/s, 25 s left"
     assert describe_progress(1e9, 1e9, "rays", 50) == "100 %, 20 Mrays/s, took 50 s"
+
+
+def test_a_city_60_km_wide_says_so_before_its_ground_is_laid(tmp_path, capfd, monkeypatch):
+    """Three houses, one of them 60 km away; laying their ground is stopped, as by somebody who has read the line."""
+    lines = [line for k, x in enumerate((0, 30, 60_000)) for line in (f"o h{k}", *house_statements(x, 8 * k))]
+    (tmp_path / "wide.obj").write_text("\n".join(lines))
+    monkeypatch.setattr(simulate, "place_city", lambda *_: signal.raise_signal(signal.SIGINT))
+    place = "--latitude", "50", "--longitude", "10", "--out", str(tmp_path / "out")
+    assert main(["simulate", str(tmp_path / "wide.obj"), *place]) == 130
+    assert "60 × 0 km: a scene this wide takes minutes. If the city is smaller, check --unit" in capfd.readouterr().err
 
 
 def test_a_reader_may_leave_before_the_end(city):
