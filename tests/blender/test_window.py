@@ -12,7 +12,7 @@ import pytest
 from window_edits import move_tower, undo_move
 from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
-from window_stops import EDITS, edit_at_moments, undo, undo_first_city, wait_until_settled
+from window_stops import edit_at_moments, undo, undo_first_city, wait_until_settled
 
 from citypv.operators.attributes import KIND_CODES
 
@@ -245,15 +245,14 @@ def no_tower(window):
 
 def test_edits_while_an_update_is_computed(window, no_tower):
     """Undo at its first report, before its estimate and after that is shown; each other edit after it is shown."""
-    assert edit_at_moments(window, [undo], lambda moments: [moments[0], *moments[-2:]]) == 3
-    assert edit_at_moments(window, [edit for edit in EDITS if edit is not undo], lambda moments: moments[-1:]) == 4
+    assert edit_at_moments(window, lambda edit, every: [every[0], *every[-2:]] if edit is undo else every[-1:]) == 7
     assert "Traceback" not in window.read_log()
 
 
 @pytest.mark.thorough
 def test_all_edits_at_all_moments_of_an_update(window, no_tower):
     """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate: none crashes."""
-    assert edit_at_moments(window, EDITS, list) >= 35
+    assert edit_at_moments(window, lambda edit, every: every) >= 35
     assert "Traceback" not in window.read_log()
 
 

@@ -169,13 +169,13 @@ def list_moments(window):
     return [(stage, False, False) for stage in stages] + [(SUNS, False, True), (SUNS, True, False)]
 
 
-def edit_at_moments(window, edits, choose):
-    """Make edits of `EDITS` at those moments of an update that `choose` takes of all: number of edits made."""
+def edit_at_moments(window, choose):
+    """Make each edit of `EDITS` at those of all moments of an update that `choose` takes for it: number made."""
     window.ask(HOLD)
     try:
-        moments, count = choose(list_moments(window)), 0
-        for edit in edits:
-            for stage, shown, hidden in moments:
+        every, count = list_moments(window), 0
+        for edit in EDITS:
+            for stage, shown, hidden in choose(edit, every):
                 count += 1
                 edit_while_computed(window, edit, stage, 30.0 + 0.1 * count, shown=shown, hidden=hidden)
                 clear_towers(window)
