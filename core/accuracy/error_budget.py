@@ -125,5 +125,6 @@ def suggest_more(transfer, weather, energy):
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
         seconds = seconds_of_rounds(transfer) * (needed - 1)
-        return f"{start}{describe_duration(seconds)} more would halve it: most of it is due to {SOURCES[largest]}."
+        more = f"{describe_duration(seconds)} more" if np.isfinite(seconds) else f"{needed:.1f} times the samples"
+        return f"{start}{more} would halve it: most of it is due to {SOURCES[largest]}."
     return f"{start}most of it is due to {SOURCES[largest]}: {CURES[largest]} would lower it."

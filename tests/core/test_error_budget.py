@@ -176,6 +176,8 @@ def test_the_last_sentence_names_the_largest_part(run):
     parts = replace(transfer.error_parts, diffuse_discretisation=nothing, direct_discretisation=nothing)
     alone = replace(transfer, error_parts=parts, record=replace(transfer.record, sun_sampling=None))
     assert "s more would halve it" in suggest_more(alone, weather, energy)
+    untimed = replace(alone, record=replace(alone.record, seconds={"suns": np.nan}))
+    assert " times the samples would halve it" in suggest_more(untimed, weather, energy)
 
 
 def test_the_sky_model_moves_walls_as_published(berlin):

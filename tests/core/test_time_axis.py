@@ -3,8 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from small_city import write_small_city
 from weathers import BERLIN, ERA5, HOUR, PVGIS, TMY3
 
+from citypv.__main__ import main
 from citypv.core.energy.time_axis import lay_on_axis, read_zone
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
@@ -65,3 +67,23 @@ def test_quarter_hours_of_many_years():
 def test_what_is_no_fixed_offset_is_refused(text):
     with pytest.raises(InputError, match=r"--time-axis: .* is no fixed offset from UTC; give utc"):
         read_zone(text)
+
+
+def test_yield_puts_a_traced_city_onto_a_calendar_year(tmp_path):
+    """As `simulate`: 8,760 hours from midnight at UTC+1, and the sums of the weather's own hours."""
+    city, base = write_small_city(tmp_path / "small.gml"), tmp_path / "base"
+    few = ["--samples", "16", "--suns", "days:2", "--quiet"]
+    assert main(["simulate", str(city), "--weather", str(ERA5), "--transfer", "--out", str(base), *few]) == 0
+    faces = pd.read_csv(base / "faces.csv")
+    surface = str(faces.loc[faces["full_load_hours"].idxmax(), "surface_id"])
+    hours = []
+    for zone in ("file", "+01:00"):
+        out = tmp_path / zone[-2:]
+        options = ["--weather", str(ERA5), "--time-axis", zone, "--series", surface, "--out", str(out)]
+        assert main(["yield", str(base), *options, "--quiet"]) == 0
+        hours.append(pd.read_csv(out / "faces.csv")["full_load_hours"].to_numpy())
+    np.testing.assert_allclose(hours[1], hours[0], rtol=1e-4)
+    series = pd.read_csv(out / "series.csv")
+    assert len(series) == 8760
+    begin, end = (pd.Timestamp(series["time"].iloc[row]) for row in (0, -1))
+    assert begin == pd.Timestamp("2017-01-01 00:00+01:00") and end == pd.Timestamp("2017-12-31 23:00+01:00")
