@@ -12,9 +12,10 @@ import numpy as np
 
 from ..patches.facing_scene import FacingScene
 from ..patches.fates_of_rays import meets_back, stop_in_crowns
+from ..patches.find_covered import lie_in_earth
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
-from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.sample_points import cell_of_point, cosine_direction
 from ..sun.horizon import is_above
@@ -139,7 +140,12 @@ def meet_fronts(target, photons, tally, source=None):
     covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
         # The ground has no thickness: photons rising from below it may hit walls that extend below ground.
-        covered = ~missed & ~back & ~closure & target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)]
+        fronts = np.flatnonzero(~missed & ~back & ~closure)
+        covered[fronts] = target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)][fronts]
+        # In cells that the line of the ground crosses each place is asked, as gather asks the start of each ray.
+        doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]
+        starts = points_of_patches(patches, hit[doubtful], b1[doubtful, None], b2[doubtful, None])
+        covered[doubtful] = lie_in_earth(target.ray_scene, patches, starts)[:, 0]
     for name, chosen in (("escaped", missed), ("on_backs", back), ("closure", closure), ("covered", covered)):
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closure | covered)

@@ -163,7 +163,7 @@ def clear_towers(window):
 
 def list_moments(window):
     """Moments of an update: list of (stage, shown, hidden) of `edit_while_computed`, the estimate's own last."""
-    stages = edit_while_computed(window, undo, "", 30.0)
+    stages = edit_while_computed(window, undo, "", 41.0)
     clear_towers(window)
     assert SUNS in stages and len(stages) >= 5, stages
     return [(stage, False, False) for stage in stages] + [(SUNS, False, True), (SUNS, True, False)]
@@ -177,7 +177,7 @@ def edit_at_moments(window, choose):
         for edit in EDITS:
             for stage, shown, hidden in choose(edit, every):
                 count += 1
-                edit_while_computed(window, edit, stage, 30.0 + 0.1 * count, shown=shown, hidden=hidden)
+                edit_while_computed(window, edit, stage, 41.0 + 0.1 * count, shown=shown, hidden=hidden)
                 clear_towers(window)
     finally:
         window.ask(LEAVE)

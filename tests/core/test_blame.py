@@ -15,7 +15,7 @@ from citypv.core.results import rays_file, surfaces_file, transfer_file
 from citypv.core.results.netcdf_file import write_variables
 from citypv.core.settings.errors import InputError
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.weather import read_era5, read_pvgis, read_station_files
+from citypv.core.weather import read_epw, read_era5, read_pvgis
 from citypv.core.weather.read_weather import read_weather
 
 BUGS = (TypeError("a bug"), KeyError("a bug"), AttributeError("a bug"))
@@ -32,7 +32,7 @@ def read_traced(folder):
 
 
 READERS = {
-    "station": (read_station_files, "take_columns", lambda _: read_weather(BARROW, *BERLIN)),
+    "station": (read_epw, "take_columns", lambda _: read_weather(BARROW, *BERLIN)),
     "PVGIS": (read_pvgis, "lay_intervals", lambda _: read_weather(PVGIS, *BERLIN)),
     "ERA5": (read_era5, "convert_era5", lambda _: read_weather(ERA5, *BERLIN)),
     "raster": (open_geotiff, "matrix_of_page", open_tiff),
@@ -72,7 +72,7 @@ def test_a_bug_ends_with_its_traceback(city, tmp_path, monkeypatch, capfd):
     def fail(*_):
         raise KeyError("a bug")
 
-    monkeypatch.setattr(read_station_files, "take_columns", fail)
+    monkeypatch.setattr(read_epw, "take_columns", fail)
     options = ["--latitude", "52", "--longitude", "13", "--out", str(tmp_path / "out"), "--quiet"]
     assert main(["simulate", str(city), "--weather", str(BARROW), *options]) == 1
     said = capfd.readouterr().err

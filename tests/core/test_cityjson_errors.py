@@ -29,7 +29,7 @@ BAD_DOCUMENTS = {
     "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: invalid JSON"),
     "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: invalid JSON"),
     "no json": ("hello", "line 1, column 1: this is not JSON"),
-    "geojson": ('{"type": "FeatureCollection"}', "not CityJSON .type 'FeatureCollection'"),
+    "geojson": ('{"type": "FeatureCollection"}', "is GeoJSON, a flat map, not CityJSON"),
     "a feature alone": ('{"type": "CityJSONFeature"}', "put the header object"),
     "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; give CityJSON 1.0 to 2.0"),
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),

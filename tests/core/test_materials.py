@@ -101,7 +101,7 @@ def test_names_from_other_programs():
         ("surface,albedo\nroof\n", "line 2 is not a name and a number"),
         ("surface,albedo\nroof,grey\n", "line 2 is not a name and a number"),
         ("surface,colour\nroof,red\n", "line 1 is not the header"),
-        ("", "line 1 is not the header"),
+        ("", "the file is empty"),
         ("surface,material\nroof,cheese\n", "line 2: cheese is not a known material; use one of aluminium, asphalt"),
         ("surface,material\nroof,mirror\n", "line 2: mirror needs an albedo"),
         ("surface,material\nroof,brick:2\n", "line 2: brick:2 is not a known material"),

@@ -217,7 +217,7 @@ def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit)
         "except OSError as error: raise SystemExit(f'{error.filename}: {error.strerror}')\n"
     )
     path = tmp_path / "transfer.nc"
-    run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=False)
+    run = subprocess.run([sys.executable, "-B", "-c", code, str(path)], capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert len(run.stderr.strip().splitlines()) == 1, run.stderr
     assert run.stderr.startswith(f"{path}: ")

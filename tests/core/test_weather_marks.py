@@ -88,7 +88,7 @@ def test_typical_year_in_csv(tmp_path, year, zone):
     record = read_record(tmp_path / "typical.csv")
     assert record.notes == ["months of different years, put into one"] and "typical year" in record.label
     assert record.data.index.is_monotonic_increasing and len(record.data) == 8760
-    assert set(np.diff(record.data.index)) == {np.timedelta64(1, "h")}
+    assert set(pd.Series(record.data.index).diff().dropna()) == {pd.Timedelta("1h")}
     assert record.data.index.tz_convert(zone)[0].strftime("%m-%d %H:%M") == "01-01 00:00"
     np.testing.assert_allclose(record.data["ghi"], year.data["ghi"])
 

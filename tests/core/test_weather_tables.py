@@ -84,7 +84,7 @@ def test_columns_of_other_sources(tmp_path):
 def test_sam_csv_of_another_source(tmp_path):
     lines = lines_of(STOCKHOLM)
     lines[0] = lines[0].replace("Local Time Zone", "Zone")
-    refuse(write_lines(tmp_path / "sam.csv", lines), "Local Time Zone", "NSRDB", "csv")
+    refuse(write_lines(tmp_path / "sam.csv", lines), "SAM csv of another source", "NSRDB")
     lines = lines_of(STOCKHOLM)
     lines[2] = lines[2].replace("Minute", "Min")
     refuse(write_lines(tmp_path / "minute.csv", lines), "Minute", "NSRDB", "csv")

@@ -91,7 +91,7 @@ def test_what_is_added_later_stands_in_the_system_of_the_base(tmp_path):
     corners = [(52.0797, 4.3, 0), (52.0797, 4.3001, 0), (52.07977, 4.3001, 5), (52.07977, 4.3, 5)]
     lines = ["o roof", *(f"v {x:.10f} {y:.10f} {z}" for x, y, z in corners), "f 1 2 3 4"]
     (tmp_path / "roof.obj").write_text("\n".join(lines) + "\n")
-    citypv.simulate(base, exports=["editable"], **FEW).save(tmp_path / "first")
+    citypv.simulate(base, exports=["editable"], max_bounces=3, **FEW).save(tmp_path / "first")
     added = ["--add", str(more), "--add", str(tmp_path / "roof.obj")]
     assert main(["variant", str(tmp_path / "first"), *added, "--out", str(tmp_path / "second"), "--quiet"]) == 0
     table = pd.read_csv(tmp_path / "second" / "buildings.csv").set_index("building_id")

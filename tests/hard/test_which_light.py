@@ -73,7 +73,8 @@ def test_few_samples(samples, shadow_samples):
     transfer = trace_all(one_triangle(), samples=samples, shadow_samples=shadow_samples, max_bounces=1)
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-6)
     assert transfer.visible_share == pytest.approx(1, abs=1e-6)
-    assert transfer.diffuse_relative_standard_error == pytest.approx(0, abs=1e-6)
+    # Rays that all agree state the error of one of them.
+    assert transfer.diffuse_relative_standard_error == pytest.approx(1 / (-(-samples // 4) * 4), abs=1e-6)
 
 
 def test_one_shadow_point_tells_no_error():
