@@ -228,7 +228,7 @@ def check_shift(times, source):
         # Three columns close with the sun that one of them was computed with, which need not be that of the light.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
             problem = f"GHI fits the sun {own}, DNI the sun {describe_shift(shift)}: DNI seems to be computed for the"
-            raise TimesError(source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 5), "dni")
+            raise TimesError(source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 3), "dni")
         return
     closes = residual is not None and abs(shift - daylight) < NIGHT_SHIFT
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
@@ -237,13 +237,13 @@ def check_shift(times, source):
         if abs(daylight - shift) < DAYLIGHT_SHIFT:
             raise TimesError(source, problem, CURE_OF_TIMES, _round_shift(shift, 2))
         problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
-        mending = _round_shift(daylight, 5) if times.of_another_sun else 0.0
+        mending = _round_shift(daylight, 3) if times.of_another_sun else 0.0
         raise TimesError(source, problem, CURE_OF_TIMES, mending, "dni")
     # GHI, DHI and DNI that no shift reconciles may belong to another place.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
         cure = CURE_OF_TIMES if abs(daylight) <= 90 else CURE_OF_PLACE
-        raise TimesError(source, problem, cure, _round_shift(daylight, 5))
+        raise TimesError(source, problem, cure, _round_shift(daylight, 3))
 
 
 def _clear_days_agree(times):

@@ -194,7 +194,9 @@ def recognise_weather(path):
         )
     found = next((form for form in FORMATS if form.mark(head)), None)
     if found is None:
-        raise InputError(path, "is not in a known weather format", cure_of_formats())
+        is_json = head.text.lstrip().startswith("{")
+        kind = "JSON of a known kind of weather, or is cut" if is_json else "in a known weather format"
+        raise InputError(path, f"is not {kind}", cure_of_formats())
     if found.instead:
         raise InputError(path, f"is {found.title}, which is not read", found.instead)
     return found

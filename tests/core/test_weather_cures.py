@@ -44,8 +44,7 @@ def test_the_shift_of_a_file_runs_and_is_right(tmp_path, minutes, columns):
     path, right = shifted_table(tmp_path, minutes, columns)
     place = right.latitude, right.longitude
     cure = cure_of(path, place)
-    # Without DNI daylight tells the shift, to five minutes, and a quarter of an hour within these is taken.
-    assert cure["time_shift"] == pytest.approx(minutes, abs=4 if "dni" in columns else 5)
+    assert cure["time_shift"] == pytest.approx(minutes, abs=4)
     mended = read_weather(path, *place, **cure)
     assert facades(mended) == pytest.approx(facades(right), rel=0.03)
 
