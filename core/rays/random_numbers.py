@@ -76,31 +76,6 @@ def fill_uniform(keys, counters, found):
             found[row, column] = np.float32((word ^ (word >> SHIFTS[2])) >> SHIFTS[3]) * LEAST
 
 
-def name_rows(parts):
-    """A number of 64 bits for each row of some arrays of n rows, from all that it holds: (n,) uint64, distinct.
-
-    Of several rows alike the first has the same number in any set of rows, and so has the second.
-    """
-    count, columns = len(parts[0]), []
-    for part in parts:
-        packed = np.ascontiguousarray(part.reshape(count, -1)).view(np.uint8)
-        packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8)))
-        columns.extend(packed.view(np.uint64).T)
-    words = mix_columns(columns)
-    order = np.argsort(words, kind="stable")
-    first = np.searchsorted(words[order], words[order])
-    words[order] = mix(words[order] + (np.arange(count) - first).astype(np.uint64))
-    return words
-
-
-def mix_columns(columns):
-    """A number of 64 bits for each row of some columns, (n,) uint64: (n,) uint64."""
-    words = np.zeros(len(columns[0]), np.uint64)
-    for column in columns:
-        words = mix(words + np.uint64(1) ^ column)
-    return words
-
-
 def are_among(values, others):
     """Which of some whole numbers, (n,) int, are among others, (m,) int: (n,) bool.
 
