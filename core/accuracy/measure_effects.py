@@ -1,9 +1,7 @@
 """What effects change, measured: with each of them switched on and off.
 
-Of effects of light, a small part of the city is traced. Both runs have the same random numbers, so that their
-difference has little noise. Several pairs, each with numbers of its own, tell how much; and where the part is one of a
-larger city, its surfaces tell how far others may differ. It is the middle of the city: towards the edge less stands in
-the way.
+Of effects of light, the city is traced with each of them switched, a large one with few rays. Both runs have the same
+random numbers, so that their difference has little noise. Several pairs, each with numbers of its own, tell how much.
 
 Of effects of the modules, and of Perez's sky, the full load hours of a Transfer are computed.
 """
@@ -13,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..effects.plan_effects import plan_effects
+from ..effects.rays import ENOUGH, RECEIVERS
 from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
@@ -21,14 +20,11 @@ from ..light.transfer import SourceLight, take_rows
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky, sources_of
-from .pilot import choose_square, trace_part, traced_patches
-from .trace_run import choose_year
+from .pilot import trace_few, traced_patches
 
 TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
+SMALL = 1_000  # patches of a city that is traced with all rays
 PAIRS = 3
-MOST = 1_000  # patches of the part
-INNER = 0.5  # of them lie in its inner part, whose surfaces count
-SUNS = "days:12"
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 SWITCHED_ON = {"on": True, "extent": "simulated", "reason": "switched on", "bound": 0.0, "outcome": None}
 SWITCHED_OFF = {"on": False, "extent": "left out", "reason": "switched off", "bound": None, "outcome": None}
@@ -50,32 +46,27 @@ def measure_effects(inputs, progress=silent):
     Returns
     -------
     Transfer
-        Of the part with all effects as planned.
+        With all effects as planned.
     """
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
-    states = {key: one for key in TRACED if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
-    square, counted = choose_neighbourhood(inputs.prepared)
-    suns, found = choose_year(inputs.weather, replace(request, suns=SUNS)), {key: [] for key in states}
+    large = traced_patches(inputs.prepared).sum() > SMALL
+    samples = min(request.samples, ENOUGH) if large else request.samples
+    # With as few rays from all patches there is nothing that `receivers` would change.
+    keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
+    others = {key: one for key in keys if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
+    found = {key: [] for key in others}
     for pair in range(PAIRS):
-        planned = trace_light(inputs, square, suns, pair)
-        for done, (key, other) in enumerate(states.items(), start=pair * len(states)):
-            progress("switching effects", done, PAIRS * len(states), "runs")
-            found[key].append((planned, trace_light(other, square, suns, pair)))
-    traced = traced_patches(inputs.prepared)
-    part_of_all = float(square[traced].mean()) if traced.any() else 1.0
-    if part_of_all < 1:
-        where = f"of a square in the middle of the city, {part_of_all:.1%} of its patches"
-        words = "± tells how surfaces of the square differ; denser or sparser districts may differ by more"
-        plan.notes.append(f"What effects contribute is that {where}: {words}. Two runs of the whole city tell its own")
-    more = np.array([1.0, len(inputs.prepared.suns) / len(suns)]) / part_of_all / usable_threads(request.threads)
+        planned = trace_light(inputs, samples, pair)
+        for done, (key, other) in enumerate(others.items(), start=pair * len(others)):
+            progress("switching effects", done, PAIRS * len(others), "runs")
+            found[key].append((planned, trace_light(other, samples, pair)))
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
-        light = np.array([[hours[counted] for hours, *_ in pair] for pair in runs])  # (PAIRS, 2, k) [h m²]
-        spent = np.array([[seconds for _, seconds, _ in pair] for pair in runs])  # (PAIRS, 2, 2) [s]
-        effect.share, effect.share_standard_error = compare_light(light[:, 0], light[:, 1], 1 - part_of_all)
-        effect.seconds = float(np.median((spent[:, 0] - spent[:, 1]) @ more))  # the first run loads compiled code
+        light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))  # (PAIRS, 2)
+        effect.share, effect.share_standard_error = compare_light(*light.T)
+        effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))  # the first run loads compiled code
     return planned[-1]
 
 
@@ -91,61 +82,38 @@ def replan(inputs, key=None):
     return inputs._replace(prepared=replace(prepared, plan=plan), request=request)
 
 
-def choose_neighbourhood(prepared, count=MOST):
-    """So many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
-
-    Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
-    part, as where the middle of a city is one large roof, those of the whole square count.
-    """
-    scene, traced = prepared.scene, traced_patches(prepared)
-    square = choose_square(scene, prepared.patches, traced, count)
-    within = square if square.all() else choose_square(scene, prepared.patches, traced, int(INNER * count))
-    inner, every = (np.isin(np.arange(len(scene.surfaces)), scene.triangle_surface[some]) for some in (within, square))
-    return square, inner if (inner & scene.surfaces.eligible).any() else every
-
-
-def trace_light(inputs, square, suns, pair):
-    """Trace a part of a city with the random numbers of one pair.
+def trace_light(inputs, samples, pair):
+    """Trace a city with so many rays from a patch, and the random numbers of one pair.
 
     Returns
     -------
-    hours : (n,) float64
-        Full load hours of the city's surfaces times their area [h m²]; 0 outside the part.
-    seconds : (float, float)
-        [s] of processor time, before the suns and from then on.
+    light : float
+        Full load hours of the surfaces that count, times their area [h m²].
+    seconds : float
+        [s] that a run with the settings asked for takes, by the pilot's model of costs.
     Transfer
-        Of the surfaces of the part.
     """
-    request, surfaces = inputs.request, inputs.scene.surfaces
-    inputs = inputs._replace(prepared=reseed(inputs.prepared, request.seed + pair))
-    run, transfer, part = trace_part(inputs, square, (request.samples, request.shadow_samples), suns)
+    request = inputs.request
+    prepared = reseed(inputs.prepared, request.seed + pair)
+    run, transfer = trace_few(inputs._replace(prepared=prepared), (samples, request.shadow_samples), prepared.suns)
     system, sky = build_system(request), choose_sky(request, transfer)
     energy = compute_energy(transfer, inputs.weather, system, request.threads, sky=sky)
-    area = np.where(energy.eligible, energy.counted_area, 0) if surfaces.eligible.any() else transfer.surfaces.area
-    hours = np.zeros(len(surfaces))
-    hours[part.surfaces] = np.nan_to_num(energy.full_load_hours) * area
-    return hours, run.seconds, transfer
+    counts = inputs.scene.surfaces.eligible.any()
+    area = np.where(energy.eligible, energy.counted_area, 0) if counts else transfer.surfaces.area
+    whole = replace(run, samples=request.samples)
+    seconds = run.predict_seconds(whole) / usable_threads(request.threads)
+    return float(area @ np.nan_to_num(energy.full_load_hours)), seconds, transfer
 
 
-def compare_light(on, off, unseen):
+def compare_light(on, off):
     """What an effect adds to the light, as a share of that with it, and its standard error: two float.
 
-    Parameters
-    ----------
-    on, off : (r, k) float64
-        Of k surfaces, in r pairs of runs.
-    unseen : float
-        Share of the city that is not among the surfaces, which are taken as drawn from it.
+    `on` and `off` are (r,) float64, of r pairs of runs.
     """
-    whole = on.sum(axis=1)
-    if not whole.all():
+    if not on.all():
         return 0.0, 0.0
-    shares = (whole - off.sum(axis=1)) / whole
-    one, share = on.mean(axis=0), float(shares.mean())
-    # Linearised variance of a ratio of two sums over surfaces.
-    apart = one - off.mean(axis=0) - share * one
-    drawn = np.sqrt(max(unseen, 0.0) * (apart**2).sum()) / one.sum()
-    return share, float(np.hypot(shares.std(ddof=1) / np.sqrt(len(shares)), drawn))
+    shares = (on - off) / on
+    return float(shares.mean()), float(shares.std(ddof=1) / np.sqrt(len(shares)))
 
 
 def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic"):

@@ -20,7 +20,6 @@ from ..light.solve_suns import COUNTING
 from ..photons.specular_light import trace_hybrid
 from ..settings.progress import silent
 from ..sun.sky_models import choose_sky
-from .part_of_city import keep_patches
 from .trace_run import choose_year
 from .yield_errors import split_errors
 
@@ -77,82 +76,59 @@ def run_pilot(inputs, progress=silent):
     """
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
     suns = choose_year(weather, replace(request, suns=WAY))
-    few = choose_square(inputs.prepared.scene, inputs.prepared.patches, traced, FEW)
+    few = traced & (np.cumsum(traced) <= FEW)
     samples = SAMPLES if traced.sum() <= SMALL else LARGE
 
     def tell(*_):
         progress("pilot", 0, 1, "runs")
 
-    trace_part(inputs, few, (LARGE, POINTS), suns, progress=tell)  # loads compiled code, untimed
-    run, transfer, _ = trace_part(inputs, np.ones(len(traced), bool), (samples, POINTS), suns, progress=tell)
+    trace_few(inputs, (LARGE, POINTS), suns, tell, part=few)  # loads compiled code, untimed
+    run, transfer = trace_few(inputs, (samples, POINTS), suns, tell)
     progress("pilot", 1, 1, "runs")
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
     return Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
 
 
-def trace_part(inputs, part, setting, suns, *, progress=silent):
-    """Trace some patches of a city, all others still in the way of rays.
+def trace_few(inputs, setting, suns, progress=silent, *, part=None):
+    """Trace a city with few rays and suns.
 
     Parameters
     ----------
     inputs : CityYear
-    part : (p,) bool
-        Patches that are traced.
     setting : (int, int)
         Hemisphere rays and shadow points.
     suns : Suns
     progress : callable
+    part : (p,) bool, optional
+        Patches that are traced; None: all.
 
     Returns
     -------
     PilotRun
     Transfer
-        Of the surfaces of the part.
-    PartOfCity
     """
     samples, shadow_samples = setting
     request = replace(inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
-    few = keep_patches(inputs.scene, inputs.prepared, part)
-    patches, plan = few.prepared.patches, few.prepared.plan
-    receives = patches.receives.copy()
-    receives[: len(few.patches)] &= part[few.patches]
-    ready = replace(few.prepared, patches=replace(patches, receives=receives))
+    ready = inputs.prepared
+    if part is not None:
+        patches = replace(ready.patches, receives=ready.patches.receives & part)
+        ready = replace(ready, patches=patches)
     with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
-        transfer = trace_hybrid(few.scene, suns, request, progress, prepared=ready)
+        transfer = trace_hybrid(inputs.scene, suns, request, progress, prepared=ready)
     record = transfer.record
     spent, wall = (sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds))
     of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
-    counts = count_patches(ready.patches, plan, record.hemisphere_rays, samples)
+    counts = count_patches(ready.patches, ready.plan, record.hemisphere_rays, samples)
     seconds = spent - of_suns, of_suns
     run = PilotRun(samples, shadow_samples, record.max_bounces, len(suns), counts, seconds, wall / max(spent, 1e-3))
     run.last_bounce = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
-    return run, transfer, few
+    return run, transfer
 
 
 def traced_patches(prepared):
     """Patches that send rays: (p,) bool."""
     return prepared.patches.receives & ~prepared.plan.unobstructed
-
-
-def choose_square(scene, patches, traced, count):
-    """Patches of surfaces and ground in a square that has about so many traced ones: (p,) bool.
-
-    Its middle is the median of the eligible patches.
-    """
-    own = scene.triangle_surface
-    corners = np.asarray(scene.vertices, float)[scene.triangles].mean(axis=1)[:, :2]
-    eligible = np.append(scene.surfaces.eligible, False)[own]
-    middle = np.median(corners[eligible if eligible.any() else traced], axis=0) if traced.any() else corners[:1].mean(0)
-    away = np.abs(corners - middle).max(axis=1)
-    # A surface lies where its patches do on average, and is taken as a whole.
-    surfaces = len(scene.surfaces)
-    area = np.bincount(own[own >= 0], patches.area[own >= 0], surfaces)
-    mean = np.bincount(own[own >= 0], (patches.area * away)[own >= 0], surfaces) / np.maximum(area, 1e-12)
-    distance = np.where(own >= 0, np.append(mean, 0)[own], away)
-    if traced.sum() <= count:
-        return np.ones(len(own), bool)
-    return distance <= np.sort(distance[traced])[count - 1]
 
 
 def count_patches(patches, plan, rays, samples):

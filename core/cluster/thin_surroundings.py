@@ -12,11 +12,11 @@ hides what stays exact, because rays still meet all triangles of the tile: only 
 
 import numpy as np
 
-from ..accuracy.part_of_city import keep_patches
 from ..city.scene import OWN
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import sobol_digits
+from .part_of_city import keep_patches
 from .tiles import gap
 
 WIDTH = 0.3  # of a cell, as a share of its distance from the tile
@@ -45,8 +45,7 @@ def thin_surroundings(scene, prepared, reported):
     """
     cluster = cluster_patches(prepared.scene, prepared.patches)
     members = draw_members(cluster, count_met(prepared, prepared.scene.halo == OWN), prepared.patches)[cluster]
-    part = members == np.arange(len(members))
-    return keep_patches(scene, prepared, part, members=members, reported=reported)
+    return keep_patches(scene, prepared, members, reported)
 
 
 def cluster_patches(scene, patches):

@@ -12,6 +12,7 @@ from ..light.prepare_scene import build_tree
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..study import check_tracing, prepare_study, read_scene, read_year
+from ..sun.sky_models import choose_sky
 
 
 def list_effects(paths, request, progress):
@@ -36,7 +37,8 @@ def list_effects(paths, request, progress):
     weather = read_year(scene.site, request)
     prepared = build_tree(prepare_study(scene, weather, request), request)
     transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
-    for key, share in shares_of_effects(transfer, weather, build_system(request), request.threads).items():
+    settings = {"threads": request.threads, "sky": choose_sky(request, transfer)}
+    for key, share in shares_of_effects(transfer, weather, build_system(request), **settings).items():
         effect = prepared.plan[key]
         effect.share = share
         if not effect.on:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_city import house, surface, write_gml
 
-from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, keep_patches
+from citypv.core.cluster.part_of_city import BACKS, PartOfCity, keep_patches
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.specular_light import trace_hybrid
@@ -16,7 +16,6 @@ from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 
 REQUEST = Request(weather="clear-sky", threads=1, patch_size=2.0, samples=64, shadow_samples=4, report="all")
-STAND_INS = 40
 
 
 @pytest.fixture(scope="module")
@@ -48,13 +47,26 @@ def choose_part(scene, prepared, buildings, ground=True):
     return np.where(own >= 0, counted[own], ground & (np.arange(len(own)) % 2 == 0)), counted
 
 
+def meet(prepared, part):
+    """Patch that is met in place of each: itself in the part, else the first one of generated ground or of the rest."""
+    ground, members = prepared.scene.triangle_surface < 0, np.arange(len(part))
+    for kind in (ground, ~ground):
+        some = part & kind if (part & kind).any() else part
+        members[kind & ~part] = np.flatnonzero(some)[0]
+    return members
+
+
 @pytest.mark.parametrize("buildings, ground", [(["a", "t"], True), (["b", "c"], False)])
 def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, ground):
     """To the rounding of sums in float32. What others cover is known as well."""
     scene, prepared, suns = city
     part, counted = choose_part(scene, prepared, buildings, ground)
-    few = keep_patches(scene, prepared, part, STAND_INS)
-    assert len(few.prepared.patches) <= part.sum() + 2 * STAND_INS + BACKS < len(part)
+    members = meet(prepared, part)
+    # Others are black, and so are the patches that are met for them.
+    albedo = np.where(part & ~np.isin(np.arange(len(part)), members[~part]), prepared.patches.albedo, np.float32(0))
+    prepared = replace(prepared, patches=replace(prepared.patches, albedo=albedo))
+    few = keep_patches(scene, prepared, members)
+    assert len(few.prepared.patches) == part.sum() + BACKS < len(part)
     found, own = traced(few, suns, part), counted[few.surfaces]
     whole = PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
     expected = traced(whole, suns, part)
@@ -71,11 +83,11 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
 
 def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
     scene, prepared, _ = city
-    every = np.ones(len(prepared.patches), bool)
+    every = np.arange(len(prepared.patches))
     assert keep_patches(scene, prepared, every).prepared is prepared
     request = replace(REQUEST, materials={"glass": MaterialSpec(0.8, "mirror")})
     surfaces = replace(scene.surfaces, material=["glass"] * len(scene.surfaces))
     shiny = replace(scene, surfaces=surfaces)
     for effects in ({}, {"specular": False}):
         mirrors = prepare_scene(shiny, replace(request, effects=effects))
-        assert keep_patches(shiny, mirrors, np.arange(len(every)) < len(every) // 2, STAND_INS).prepared is mirrors
+        assert keep_patches(shiny, mirrors, every // 2 * 2).prepared is mirrors

@@ -1,12 +1,11 @@
 """A city reduced to some of its patches: arrays have rows of these only, all other triangles still block rays.
 
-    rows       of the part │ stand-ins for all others, when their fronts are hit │ when their backs are hit
-               as they are │ neither receive nor reflect                         │ of ground from below, and others
+    rows       of the part │ when backs of others are hit │ when generated ground is hit from below
+               as they are │ neither receives nor reflects │ the same, and faces up
 
-In place of stand-ins, patches of the part can be met for others that are like them, as in the surroundings of a tile.
-The tree stays that of the whole city. Patches keep their random numbers, so that rays, hits and light are those of a
-trace of the same patches in arrays of all of them; only the time and memory of these arrays are saved. Many stand-ins
-share the hits on other patches, so that the matrix of form factors has about as many entries as with all of them.
+Each patch of the part can be met for others that are like it, as in the surroundings of a tile. The tree stays that of
+the whole city. Patches keep their random numbers, so that rays and hits are those of a trace of the same patches in
+arrays of all of them; only the time and memory of these arrays are saved.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +16,6 @@ from numba import njit
 from ..light.transfer import take_fields
 from ..patches.patches import take_patches
 
-STAND_INS = 2_048  # for generated ground, and as many for all else
 BACKS = 2  # rows for backs: of others, and of the ground from below
 
 
@@ -91,7 +89,7 @@ def turn_to_rows(rows, facing, directions, hit):
             hit[ray] = back[met] if along > 0 else front[met]
 
 
-def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, reported=()):
+def keep_patches(scene, prepared, members, reported=()):
     """Reduce a city to some of its patches.
 
     Parameters
@@ -99,11 +97,8 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     scene : Scene
     prepared : PreparedScene
         With its tree.
-    part : (p,) bool
-    stand_ins : int
-        For the others, that neither receive nor reflect.
-    members : (p,) int, optional
-        Patch of the part that is met in place of each, itself for those of the part: there are no stand-ins then.
+    members : (p,) int
+        Patch of the part that is met in place of each, itself for those of the part.
     reported : (m,) int, optional
         Surfaces that have rows whether or not any of their patches is in the part.
 
@@ -112,19 +107,17 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     PartOfCity
         The whole city where hardly a row would be saved, or where it cannot be reduced.
     """
-    rows, ground = np.flatnonzero(part), prepared.scene.triangle_surface < 0
-    # Evenly spread: the generated ground first, then all else.
-    kinds = (np.flatnonzero(~part & kind) for kind in (ground, ~ground)) if members is None else ()
-    others = np.concatenate([np.zeros(0, int), *(kind[:: max(-(-len(kind) // stand_ins), 1)] for kind in kinds)])
+    every = np.arange(len(members))
+    rows = np.flatnonzero(members == every)
     # Crowns and mirrors need the very triangles that are hit; mirrors that are switched off are black.
     plan, specular = prepared.plan, prepared.plan["specular"]
     by_triangles = plan.foliage is not None or specular.on or specular.bound is None
-    if len(rows) + len(others) + BACKS >= len(part) or by_triangles:
-        return PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
+    if len(rows) + BACKS >= len(every) or by_triangles:
+        return PartOfCity(scene, prepared, every, np.arange(len(scene.surfaces)))
     owner = prepared.scene.triangle_surface
     surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
-    taken = np.concatenate([rows, others, np.zeros(BACKS, int)])
-    patches = stand_for_others(take_patches(prepared.patches, taken), len(rows))
+    taken = np.concatenate([rows, np.zeros(BACKS, int)])
+    patches = add_backs(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
     of_triangles = {name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")}
@@ -133,43 +126,27 @@ def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, re
     few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     whole = prepared.plan.ray_scene, prepared.patches, taken
-    ray_scene = RaysOfPart(rows_of_hits(prepared, rows, others, members), whole)
-    plan = take_plan(plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
-    plan = replace(plan, ray_scene=ray_scene)
+    ray_scene = RaysOfPart(rows_of_hits(prepared.patches, rows, members), whole)
+    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")}
+    of_rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
+    plan = replace(plan, **of_rows, ray_scene=ray_scene)
     return PartOfCity(
         few, replace(prepared, scene=few, materials=materials, patches=patches, plan=plan), rows, surfaces
     )
 
 
-def stand_for_others(patches, first):
-    """The rows from the first stand-in on as what is hit of others: fronts, and at the end BACKS backs."""
-    count = len(patches)
+def add_backs(patches, first):
+    """The rows from the first on as what is hit of others from behind; the last one is the ground from below."""
     for name, value in (("receives", False), ("ground", False), ("other_side", -1), ("area", 0)):
         getattr(patches, name)[first:] = value
-    patches.facing[first:] = 0, 0, 0, -1  # hit from the front whatever the direction
-    patches.facing[count - BACKS :, 3] = 1
-    patches.ground[count - 1], patches.normal[count - 1] = True, (0, 0, 1)
+    patches.facing[first:] = 0, 0, 0, 1  # hit from behind whatever the direction
+    patches.ground[-1], patches.normal[-1] = True, (0, 0, 1)
     return patches
 
 
-def rows_of_hits(prepared, rows, others, members=None):
+def rows_of_hits(patches, rows, members):
     """Rows of `RaysOfPart`; members as of `keep_patches`."""
-    patches, ground = prepared.patches, prepared.scene.triangle_surface < 0
-    last = len(rows) + len(others)
-    back = last + (patches.ground & (patches.normal[:, 2] > 0))
-    front = np.zeros(len(patches), np.int32) if members is None else np.searchsorted(rows, members).astype(np.int32)
-    for kind in (ground, ~ground):
-        places = len(rows) + np.flatnonzero(kind[others])
-        if len(places):
-            front[kind] = places[np.arange(kind.sum()) % len(places)]
-    back[rows] = front[rows] = np.arange(len(rows))
+    front = np.searchsorted(rows, members).astype(np.int32)
+    back = len(rows) + (patches.ground & (patches.normal[:, 2] > 0))
+    back[rows] = front[rows]
     return front, back.astype(np.int32)
-
-
-def take_plan(plan, taken, stand_ins, receivers):
-    """The plan for some patches; stand-ins for others than generated ground count as receivers, which get no turns."""
-    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")}
-    rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
-    if "receivers" in rows:
-        rows["receivers"][stand_ins] = receivers
-    return replace(plan, **rows)
