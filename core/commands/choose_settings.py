@@ -16,7 +16,6 @@ EXPORTS = {  # files that are written when they are asked for
     "gltf": "city.glb: the coloured city, for any viewer",
     "geopackage": "city.gpkg: surfaces and buildings, for GIS",
 }
-KNOBS = ("suns", "samples", "shadow_samples")  # that a time budget chooses where they are not given
 KINDS = {  # of a setting -> (what it has to be, in words, and as types)
     "number": ("a number", Real),
     "switch": ("True or False", bool),
@@ -70,15 +69,10 @@ def request_of_settings(settings, *groups, others=()):
 
 
 def implied_settings(given):
-    """Settings that the method and the preset imply; those of the method win: dict."""
-    return {**PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
-
-
-def free_settings(given):
-    """Settings that a time budget may choose: neither given nor implied: tuple of str."""
-    if given.get("time_budget") is None or "preset" in given:
-        return ()
-    return tuple(name for name in KNOBS if name not in {**given, **implied_settings(given)})
+    """Settings that the method, the preset and a time budget imply; those of the method win: dict."""
+    # The fewer rays the first round has, the shorter a time can be kept: further rounds add them.
+    first_round = {"samples": PRESETS["draft"]["samples"]} if given.get("time_budget") is not None else {}
+    return {**first_round, **PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
 
 
 def _take(name, value, default, details):

@@ -20,7 +20,7 @@ from ..settings.progress import CancelledError, TerminalProgress
 from ..settings.version import __version__
 from . import command_options
 from .add_options import join_pairs, settings_of_options
-from .choose_settings import cluster_settings, free_settings, request_of_settings
+from .choose_settings import cluster_settings, request_of_settings
 from .run_log import RunLog, print_output
 
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
@@ -138,9 +138,8 @@ def run_simulate(options):
 
         draw = partial(options.draw, pictures=pictures) if pictures else None
         output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
-        chosen = {"cluster": cluster_settings(options.cluster, options.tile)}
-        chosen["free"] = free_settings(settings_of_options(options))
-        interrupted = simulate(options.city, options.out, request, output=output, log=options.log, **chosen)
+        tiles = cluster_settings(options.cluster, options.tile)
+        interrupted = simulate(options.city, options.out, request, output=output, log=options.log, cluster=tiles)
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)

@@ -17,7 +17,7 @@ from pathlib import Path
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import declared_settings
-from .choose_settings import cluster_settings, free_settings, request_of_settings, take_exports, take_paths
+from .choose_settings import cluster_settings, request_of_settings, take_exports, take_paths
 
 LIGHT_FREE = ("surfaces", "electricity", "sky")  # groups of settings that another weather leaves as they are
 
@@ -228,11 +228,11 @@ def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=
 
     exports, paths = take_exports(exports), take_paths(city)
     others = "out", "overwrite", "exports", "cluster", "tile", "progress"
-    request, free = request_of_settings(settings, others=others), free_settings(settings)
+    request = request_of_settings(settings, others=others)
     with _folder_for(out) as folder:
         output = Output(overwrite=overwrite, exports=exports)
-        told = {"log": RunLog(None, progress), "cluster": cluster_settings(cluster, tile), "free": free}
-        run(paths, folder, request, output=output, **told)
+        log, tiles = RunLog(None, progress), cluster_settings(cluster, tile)
+        run(paths, folder, request, output=output, log=log, cluster=tiles)
         return Result(folder, temporary=out is None)
 
 

@@ -92,7 +92,7 @@ def describe_overrun(request, log):
     words = ", ".join(f"{seconds:.1f} s for {stage}" for stage, seconds in log.clock.seconds.items())
     return [
         f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}",
-        "  a larger --patch-size takes less, and settings that are given need no pilot",
+        "  a larger --patch-size or fewer --suns take less",
     ]
 
 

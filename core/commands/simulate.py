@@ -31,6 +31,7 @@ from ..study import (
     read_year,
     trace_base,
 )
+from .check_goal import check_goal
 from .refine_run import refine_run
 from .run_log import (
     RunLog,
@@ -41,11 +42,10 @@ from .run_log import (
     describe_weather,
     report_outcome,
 )
-from .spend_budget import spend_budget
 from .write_run import Output, Results, write_energy, write_exports, write_results, write_run
 
 
-def simulate(paths, folder, request, *, output=None, log=None, cluster=None, free=()):
+def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -60,8 +60,6 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         Receives progress and messages.
     cluster : ClusterSettings, optional
         Trace in tiles.
-    free : collection of str
-        Of `choose_settings.KNOBS`: settings that a time budget may choose.
 
     Returns
     -------
@@ -81,6 +79,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
     check_cluster_settings(cluster, request)
     if cluster and "editable" in output.exports:
         raise InputError("--editable", "is for runs without tiles", "leave it out, or leave out --cluster")
+    if request.wants_rounds and "editable" in output.exports:
+        raise InputError("--editable", "an editable run has one round", "leave out --target-error and --time-budget")
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
@@ -93,8 +93,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
         weather = read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
-        if request.time_budget and free and not cluster:
-            request = spend_budget(scene, weather, request, free, log)
+        if request.wants_rounds:
+            check_goal(scene, weather, request, log)
         log.write("Effects included for this scene:")
         if cluster:
             prepared = plan_tiles(scene, weather, request, cluster, log.write)
@@ -125,15 +125,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None, fre
 
 
 def trace_to_edit(scene, weather, request, log, *, prepared):
-    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun sampling.
-
-    Raises
-    ------
-    InputError
-        Further rounds are asked for.
-    """
-    if request.wants_rounds:
-        raise InputError("--editable", "an editable run has one round", "leave out --target-error and --time-budget")
+    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun sampling."""
     base = trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer
     sampling = measure_sun_sampling(scene, weather, transfer, request, log.progress, prepared=prepared)

@@ -66,15 +66,6 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     assert first["name"] == "draft" and first["error"] > 0
 
 
-def test_a_target_out_of_reach_is_told_once_before_further_rounds(city, tmp_path, capfd):
-    options = ["--suns", "days:4", "--samples", "64", "--shadow-samples", "4", "--target-error", "0.1"]
-    options += ["--weather", "clear-sky", "--threads", "1", "--out", str(tmp_path / "a")]
-    assert main(["simulate", str(city), *options]) == 0
-    told = capfd.readouterr().err
-    assert told.count("0.1 % cannot be reached") == 1
-    assert told.index("0.1 % cannot be reached") < told.index("samples × 1:")
-
-
 def test_the_rms_of_drawn_patches_has_the_error_of_a_drawn_rms():
     """Of n normal numbers its standard error is σ / √(2 n)."""
     errors = np.random.default_rng(1).normal(0.0, 2.0, 20_000)
