@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 
 from ..results.columns import write_table
-from ..results.compare_runs import EXISTING, compare_folders
+from ..results.compare_runs import EXISTING, compare_folders, describe_light
 from ..results.output_folder import whole_folder
 from ..results.write_report import compose_city, fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
@@ -81,9 +81,17 @@ def describe_comparison(found):
 
 
 def note_light(found):
-    """That the two were traced with other settings: list of str."""
-    names = ", ".join(found.summary["light_differs_in"])
-    return [f"The light was traced with other settings: {names}; part of the change is theirs."] if names else []
+    """That light before was solved again, or that the two were traced with other settings: list of str."""
+    notes, names = [], ", ".join(found.summary["light_differs_in"])
+    if found.summary["base_light"]:
+        light, (before, after) = (
+            describe_light(found.summary["base_light"]),
+            (found.summary["before"], found.later.name),
+        )
+        notes.append(f"Before is {before} with the light that {after} asks for: {light}.")
+    if names:
+        notes.append(f"The light was traced with other settings: {names}; part of the change is theirs.")
+    return notes
 
 
 def compose_page(found):

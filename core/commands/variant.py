@@ -14,13 +14,12 @@ from ..city.written_scene import written_scene
 from ..light.change_light import trace_change
 from ..light.difference import errors_of_difference
 from ..light.editable_city import restore_editable
-from ..light.prepare_scene import BaseTooSmallError
 from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table
-from ..results.compare_runs import CHANGE, mark_of
+from ..results.compare_runs import CHANGE, describe_light, mark_of
 from ..results.output_folder import ASKED, whole_folder
-from ..results.rays_file import NAME, command_again, read_rays, write_rays
+from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
 from ..study import ELSEWHERE, change_scene, compute_energy, conventions_of, read_year
@@ -76,27 +75,37 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         scene = written_scene(change.scene, change.rows)
         if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
             change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
-        try:
-            edited = trace_change(base, change, request, log.progress)
-        except BaseTooSmallError as error:
-            words = f"compute the base again: {command_again(base_folder, error.settings)}"
-            raise InputError(base_folder, f"the edited city {error.problem}", words) from None
+        edited = trace_change(base, change, request, log.progress)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
         changes = {"request": named.as_dict(), "sun_sampling": base.transfer.record.sun_sampling}
         transfer = replace(edited.transfer, record=replace(edited.transfer.record, **changes))
+        told = {"base_crc32": mark_of(base_folder)}
+        if edited.before is not None:
+            # What the edit changes is told against the base with as much light as the edited city asks for.
+            light, kept_record = edited.before.transfer, base.transfer.record
+            record = replace(light.record, request=kept_record.request, sun_sampling=kept_record.sun_sampling)
+            transfer = replace(transfer, base=replace(light, record=record))
+            told["base_light"] = tell_light(edited.before)
+            log.write(f"The edited city asks for more than its base has: {describe_light(told['base_light'])}")
+            log.write("  The light of the base is solved with these too; compare takes it as before")
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(work, Results(city, scene, transfer, None, weather), named, output, log)
         # The standard errors of the changes that surfaces of both cities see.
-        both, _ = errors_of_difference(base, edited)
+        both, _ = errors_of_difference(edited.before or base, edited)
         errors = compute_energy(both, weather, replace(named, series=())).full_load_hours_standard_error
         table = {"surface_id": both.surfaces.surface_id, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
-        totals = write_run(work, found, named, log, beside={"variant": {"base_crc32": mark_of(base_folder)}})
+        totals = write_run(work, found, named, log, beside={"variant": told})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
+
+
+def tell_light(base):
+    """What light of a base was solved with, for the summary of its variant: dict."""
+    return {"max_bounces": base.decisions.bounces, "sky": base.decisions.plan["sky"]}
 
 
 def read_change(wish, kept):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from ..accuracy.measure_effects import state_effects
 from ..city.grid_cells import outline_surfaces, split_into_cells
@@ -12,6 +13,8 @@ from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
 from ..energy.pv_system import build_system
 from ..light.kept_matrix import is_on_disk
+from ..results.columns import write_table
+from ..results.compare_runs import BEFORE, BEFORE_COLUMNS
 from ..results.describe_run import describe_edge
 from ..results.transfer_file import write_transfer
 from ..results.write_cityjson import write_cityjson
@@ -73,6 +76,8 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     energy = compute_energy(transfer, weather, request, log.progress)
     log.clock.lap("electricity")
     write_tables(work, transfer, energy, weather, request, progress=log.progress)
+    if transfer.base is not None:
+        write_before(work / BEFORE, transfer.base, weather, request)
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
@@ -80,6 +85,13 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
         log.write("  (--transfer writes it)")
     log.clock.lap("write tables")
     return energy
+
+
+def write_before(path, transfer, weather, request):
+    """Write the hours of a city before its edit, by light that was solved again, with their errors."""
+    energy = compute_energy(transfer, weather, replace(request, series=()))
+    columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
+    write_table(path, pd.DataFrame({"surface_id": transfer.surfaces.surface_id} | columns))
 
 
 def write_run(work, results, request, log, tiles=None, *, beside=None):

@@ -25,8 +25,9 @@ from .change_suns import Edit, change_suns, with_first_days
 from .compact_city import compact_city
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import LARGEST_KEY, FormFactors, leave_rows
+from .match_light import match_light, with_reflections
 from .measure_cover import find_cover, list_clearances, measure_room_of_patches
-from .prepare_scene import BaseTooSmallError, build_tree
+from .prepare_scene import build_tree
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
@@ -70,20 +71,19 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     Returns
     -------
     EditableCity
+        Where the city asks for more reflections than the base has, or for another sky, `before` is the base with these.
 
     Raises
     ------
     CancelledError
     InputError
-        The base was interrupted, the city asks for another sky or for more reflections, or it has more patches than
-        what rays met can name.
+        The base was interrupted, or the city has more patches than what rays met can name.
     """
     if base.city.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
-    clock, old, request = Clock(), base.city, request or base.request
-    sky, has = sky_of_surfaces(request, change.scene.surfaces), base.decisions.plan["sky"]
-    if sky != has:
-        raise BaseTooSmallError(f"asks for the {sky} sky, the {has} one was traced", {"sky": sky})
+    clock, given, request = Clock(), base, request or base.request
+    base = match_light(base, sky_of_surfaces(request, change.scene.surfaces), 0, progress)
+    old = base.city
     prepared = build_tree(prepare_decided(base.decisions, change.scene, request, progress), request)
     prepared = replace(prepared, editable=True)
     context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
@@ -97,8 +97,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     if context.reflections and not context.plan.max_bounces:
         asked, _ = choose_bounces(prepared, context, edit.traced[0], with_first_days(edit.task))
         if asked > context.bounces:
-            words = f"asks for {asked} reflections, {context.bounces} were traced"
-            raise BaseTooSmallError(words, {"max_bounces": asked})
+            base = with_reflections(base, asked, progress)
+            edit.before, context.bounces = base.city, asked
     specular = base.specular(prepared)
     for state, traced in enumerate(edit.traced):
         hook, annual = specular and specular(context, traced, state), _sum_annual(edit, state)
@@ -115,7 +115,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     city = _make_city(edit, prepared, base.suns, clock, change)
     edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
     gone = len(context.surfaces) - len(change.rows)
-    return compact_city(edited) if gone > MOST_GONE * len(change.rows) else edited
+    edited = compact_city(edited) if gone > MOST_GONE * len(change.rows) else edited
+    return replace(edited, before=None if base is given else base)
 
 
 def _make_city(edit, prepared, suns, clock, change):

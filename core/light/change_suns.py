@@ -86,15 +86,15 @@ def change_suns(edit, drift):
             guessed += _add_further(edit, state) / states
         if guessed <= GUESSED and drift + guessed <= DRIFT:
             return drift + guessed
-    for direct, new in zip(edit.direct, solve_known_suns(edit), strict=True):
+    solved = solve_known_suns(context, edit.traced, edit.task, edit.hooks)
+    for direct, new in zip(edit.direct, solved, strict=True):
         direct.visible_share, direct.reflected, direct.specular = new.visible_share, new.reflected, new.specular
     return 0.0
 
 
-def solve_known_suns(edit):
-    """Light of each sun where it is known which points see it, without a ray: list of SunLight."""
-    task = _with_known(edit.task, edit.task.blocks)
-    return solve_suns(edit.context, edit.traced, task, edit.hooks)
+def solve_known_suns(context, traced, task, hooks):
+    """Light of each sun where it is known which points see it, without a ray: list of SunLight, as of `solve_suns`."""
+    return solve_suns(context, traced, _with_known(task, task.blocks), hooks)
 
 
 def with_first_days(task):

@@ -42,6 +42,7 @@ class EditableCity:
     rows: np.ndarray  # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
     specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
     drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns
+    before: "EditableCity | None" = None  # of an edit: the city before with more light than it had, where it was needed
 
     @property
     def decisions(self):
@@ -136,7 +137,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     watch.turns = kept["turns"]
     counts = context.points, context.elements
     watch.points = find_points(context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads)
-    transfers = [replace(transfer, bare=None), transfer.bare][: len(states)]
+    transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
     for one in states:
         one.direct.visible_share, one.direct.reflected = one.transfer.visible_share, one.transfer.direct_reflected

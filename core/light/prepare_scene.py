@@ -8,30 +8,10 @@ from ..effects.plan_effects import plan_effects
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
-from ..settings.errors import InputError
 from ..settings.progress import silent
-from ..settings.request import check_request, option_of
+from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from ..sun.suns import Suns, check_suns
-
-
-class BaseTooSmallError(InputError):
-    """An edited city needs light that the base of its edit does not have.
-
-    Parameters
-    ----------
-    problem : str
-    settings : dict
-        With which the base would have it.
-    """
-
-    def __init__(self, problem, settings):
-        options = " ".join(f"{option_of(name)} {value}" for name, value in settings.items())
-        super().__init__("the edited city", problem, f"trace the city before the edit again with {options}")
-        self.settings = settings
-
-    def __reduce__(self):
-        return type(self), (self.problem, self.settings)
 
 
 @dataclass

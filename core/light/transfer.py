@@ -139,6 +139,7 @@ class Transfer:
     no_room: np.ndarray | None = None  # (n, k) share that is open, but looks at a face from less than each clearance
     clearances: tuple = ()  # (k,) [m]; none: unknown
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
+    base: "Transfer | None" = None  # of the city before an edit, solved again with more light; None: as it was
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 
     @property

@@ -25,6 +25,8 @@ GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have 
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
+BEFORE = "before.csv"  # of a variant: hours before the edit, where they are not those of its base
+BEFORE_COLUMNS = ("full_load_hours", "full_load_hours_standard_error")
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 ERROR = "mwh_change_standard_error"
 SUMS = ["mwh_before", "mwh_after", "mwh_change", ERROR, *(f"mwh_change_{side}" for side in SIDES)]
@@ -64,18 +66,22 @@ def compare_folders(before, after):
     InputError
         A folder cannot be read; the hours, the weather, the modules or what counts differ; or a run has no outlines.
     """
-    folder, path, known = before, Path(after) / CHANGE, None
+    folders, known, again = (before, after), None, None
     before, after = read_results(before), read_results(after)
     check_comparable(before, after)
     match = match_shapes(shapes_of(before), shapes_of(after))
-    if path.is_file() and (after.summary.get("variant") or {}).get("base_crc32") == mark_of(folder):
-        errors = read_table(path, ("surface_id",), (CHANGE_ERROR,)).set_index("surface_id")[CHANGE_ERROR]
-        known = errors.reindex(after.faces["surface_id"]).to_numpy()
+    traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
+    names = {name for name, *_ in declared_settings("light", "effects")}
+    variant = after.summary.get("variant") or {}
+    if variant.get("base_crc32") == mark_of(folders[0]):
+        names.discard("albedo_file")  # it holds the edit
+        known = _read_by_id(folders[1], CHANGE, (CHANGE_ERROR,), after)[CHANGE_ERROR]
+        again = variant.get("base_light")
+    if again:
+        before.faces = before.faces.assign(**_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before))
     states = [pd.concat([one.faces[TEXTS], yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
-    traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
-    names = {name for name, *_ in declared_settings("light", "effects")}
     summary = {
         "before": before.name,
         "after": after.name,
@@ -84,7 +90,20 @@ def compare_folders(before, after):
         "unit": "MWh per year",
         "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
     }
+    if again:
+        summary["base_light"] = again
     return Comparison(table, buildings, summary, after)
+
+
+def _read_by_id(folder, name, columns, results):
+    """Columns of a variant's table in the order of the surfaces of results: dict of (n,) float64."""
+    table = read_table(Path(folder) / name, ("surface_id",), columns).set_index("surface_id")
+    return {column: table[column].reindex(results.faces["surface_id"]).to_numpy() for column in columns}
+
+
+def describe_light(light):
+    """Number of reflections and sky, of a summary's `base_light`, as text."""
+    return f"{count_of(light['max_bounces'], 'reflection')} under the {light['sky']} sky"
 
 
 def mark_of(folder):

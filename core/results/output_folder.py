@@ -25,6 +25,7 @@ NAMES = (
 NAMES += (
     "surfaces.csv",
     "change.csv",
+    "before.csv",
     "world.nc",
     "world_map.png",
     "world_gain.png",

@@ -156,17 +156,14 @@ def read_rays(folder):
     return kept
 
 
-def command_again(folder, changes=()):
-    """The command that computes a result folder again so that it can be edited, from its summary.json: str.
-
-    `changes` are settings by name that are to be other ones.
-    """
+def command_again(folder):
+    """The command that computes a result folder again so that it can be edited, from its summary.json: str."""
     try:
         summary = json.loads((Path(folder) / "summary.json").read_text("utf-8"))
     except (OSError, ValueError):
         return f"citypv simulate CITY --editable --overwrite --out {shlex.quote(str(folder))}"
     files = " ".join(shlex.quote(str(file)) for file in summary["input"]["report"]["files"])
-    options = write_options(summary["settings"] | dict(changes))
+    options = write_options(summary["settings"])
     return " ".join(
         filter(None, ["citypv simulate", files, options, "--editable --overwrite --out", shlex.quote(str(folder))])
     )

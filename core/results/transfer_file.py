@@ -1,7 +1,8 @@
 """transfer.nc: the traced Transfer without weather, for reuse with other weather years.
 
 The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A group `bare` holds the
-same variables for the months in which deciduous trees have no leaves. Each group keeps the CRC-32 of every variable and
+same variables for the months in which deciduous trees have no leaves, and a group `base`, of a variant whose base had
+too little light, those of the city before the edit. Each group keeps the CRC-32 of every variable and
 attribute that it was written with, and a file that differs is refused: a flipped bit can look like light.
 """
 
@@ -36,6 +37,8 @@ CHUNK = 1 << 20  # bytes that are packed together: whole rows
 PACKED = {"compression": "gzip", "shuffle": True}
 
 BARE = "bare"  # group with the state of deciduous trees without leaves
+BASE = "base"  # group with the light of the city before an edit, which may have such a group itself
+KEEPS_BASE = "light_before"  # attribute of a file that has it
 SUMS = "checksums"  # attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
 UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
 
@@ -105,15 +108,20 @@ def write_transfer(path, transfer, progress=silent):
     progress : callable, optional
         See `core.progress`; in bytes of the matrices, before they are packed.
     """
-    states = {None: transfer} if transfer.bare is None else {None: transfer, BARE: transfer.bare}
+    states = {None: transfer, BARE: transfer.bare, BASE: transfer.base}
+    states[f"{BASE}/{BARE}"] = transfer.base and transfer.base.bare
+    states = {group: state for group, state in states.items() if state is not None}
     total = sum(4 * getattr(state, name).size for state in states.values() for name in MATRICES)
-    leafy, done = {"leaf_months": json.dumps(transfer.leaf_months)}, 0
+    done = 0
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         progress(STAGE, 0, total, "B")
         for group, state in states.items():
             place = file.create_group(group) if group else file
             variables, attributes = describe_state(state)
-            attributes = attributes if group or transfer.bare is None else attributes | leafy
+            if state.base is not None:
+                attributes[KEEPS_BASE] = BASE
+            if state.bare is not None:
+                attributes["leaf_months"] = json.dumps(state.leaf_months)
             write_variables(place, variables)
             sums = {":" + name: checksum(value) for name, value in attributes.items()}
             sums |= {name: checksum(values) for name, (_, values, *_) in variables.items()}
@@ -199,12 +207,17 @@ def read_transfer(path):
     """
     if not Path(path).is_file():
         raise InputError(path, "there is no such file", CURE)
+    return _read_group(path, None)
+
+
+def _read_group(path, group):
+    """Transfer of a group of a file, None for all of it, with its state without leaves and the light before an edit."""
     with parsing(path, "cannot be read as NetCDF", CURE):
-        with open_netcdf(path) as dataset:
+        with open_netcdf(path, group=group) as dataset:
             dataset.load()
         bare = None
         if "leaf_months" in dataset.attrs:
-            with open_netcdf(path, group=BARE) as bare:
+            with open_netcdf(path, group=f"{group}/{BARE}" if group else BARE) as bare:
                 bare.load()
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
@@ -215,6 +228,8 @@ def read_transfer(path):
         notes = () if SUMS in dataset.attrs else (UNCHECKED,)
         notes += () if "no_room" in dataset else (UNKNOWN_ROOM,)
         transfer = replace(transfer_of_dataset(dataset), notes=notes)
+        if KEEPS_BASE in dataset.attrs:
+            transfer = replace(transfer, base=_read_group(path, BASE))
         if bare is None:
             return transfer
         months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))

@@ -1,0 +1,70 @@
+"""Light of a traced city with more reflections, or under another sky, for an edit that asks for it."""
+
+from dataclasses import replace
+
+from ..settings.progress import Clock, silent
+from .annual_light import solve_annual
+from .change_suns import solve_known_suns
+from .editable_city import EditableCity, prepare_decided, trace_editable
+from .sun_blocks import SunProgress
+from .trace_gather import SUNS, TracedCity, TracedState, make_transfer, solve_skies, tell_work
+from .transfer import variance_of_mean
+
+
+def match_light(base, sky, bounces, progress=silent):
+    """The same city with at least this number of reflections, under this sky: the EditableCity itself if it has both.
+
+    Parameters
+    ----------
+    base : EditableCity
+    sky : {"isotropic", "perez"}
+    bounces : int
+    progress : callable, optional
+        See `core.progress`.
+    """
+    if sky != base.decisions.plan["sky"]:
+        base = _with_sky(base, sky, progress)
+    return with_reflections(base, bounces, progress) if bounces > base.decisions.bounces else base
+
+
+def with_reflections(base, bounces, progress=silent):
+    """The same city with another number of reflections, by what its rays and suns met: EditableCity.
+
+    Parameters
+    ----------
+    base : EditableCity
+    bounces : int
+    progress : callable, optional
+        See `core.progress`.
+    """
+    old, clock = base.city, Clock()
+    prepared = replace(old.prepared, bounces=bounces)
+    context = replace(old.context, bounces=bounces, progress=progress)
+    task = replace(old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections)))
+    traced, specular = [one.traced for one in old.states], base.specular(prepared)
+    hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
+    lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
+    direct = solve_known_suns(context, traced, task, hooks)
+    clock.lap("suns")
+    city, record = TracedCity(prepared, context, task, [], old.room), old.transfer.record
+    common = tell_work(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {"interrupted": None}
+    for state, hook in zip(map(TracedState, traced, lights, direct, [None] * len(traced)), hooks, strict=True):
+        state.lights[SUNS] = solve_annual(context, state.traced, state.direct.annual)
+        if hook:
+            error = state.lights[SUNS].error
+            error.own = error.own + variance_of_mean(state.direct.specular.T)
+        state.transfer = make_transfer(city, state, base.suns, common, None)
+        if state.traced.form_factors is not None:
+            state.traced.form_factors.links = None  # large
+        city.states.append(state)
+        common |= {"seconds": {}, "processor_seconds": {}}
+    return EditableCity(base.suns, base.request, city, base.rows, base.specular)
+
+
+def _with_sky(base, sky, progress):
+    """The same city under another sky, traced wholly with the same keys: that of Perez has rays to the horizon."""
+    known = base.decisions
+    known = replace(known, on=known.on | {"perez": sky == "perez"}, plan=known.plan | {"sky": sky})
+    prepared = prepare_decided(known, base.city.prepared.scene, base.request, progress)
+    found = trace_editable(prepared, base.suns, base.request, progress, specular=base.specular)
+    return replace(found, rows=base.rows)
