@@ -83,7 +83,7 @@ def describe_comparison(found):
 def note_light(found):
     """That light before was solved again, or that the two were traced with other settings: list of str."""
     notes, names = [], ", ".join(found.summary["light_differs_in"])
-    if found.summary["base_light"]:
+    if "base_light" in found.summary:
         light, (before, after) = (
             describe_light(found.summary["base_light"]),
             (found.summary["before"], found.later.name),
