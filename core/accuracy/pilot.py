@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..effects.rays import fewer_points, fewer_rays
+from ..effects.rays import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
@@ -146,7 +146,7 @@ def count_patches(patches, plan, rays, samples):
 def work_of_run(run):
     """What a run takes before its suns and with them, in units of a patch: two float."""
     counts, rays = np.array(run.counts), (run.samples, fewer_rays(run.samples))
-    patches, points = 1 + counts.sum(), counts @ [run.shadow_samples, fewer_points(run.shadow_samples)]
+    patches, points = 1 + counts.sum(), counts.sum() * run.shadow_samples
     products = counts @ np.power(rays, MERGED) * (1 + run.bounces if run.bounces else 0)
     (patch, ray), (looking, point, product) = COSTS
     before = patch * patches + ray * (counts @ rays)

@@ -82,10 +82,9 @@ class PricedCity:
 
     def predict_errors(self, request, rounds=1):
         """YieldErrors of the city's surfaces with other settings."""
-        run, errors, suns = self.pilot.run, self.pilot.errors, len(self.suns[request.suns])
+        run, errors = self.pilot.run, self.pilot.errors
         rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
-        # Others look at the suns in turn: more suns are more looks.
-        more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points * suns / run.suns)}
+        more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points)}
         elements = [count_elements(points_above(one.shadow_samples)) for one in (request, run)]
         variance = {name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED}
         variance["discretisation"] = errors.variance["discretisation"] * elements[1] / elements[0]

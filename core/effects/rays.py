@@ -46,7 +46,6 @@ RECEIVERS, REFLECTIONS = "receivers", "reflections"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
-HARDLY_SEEN = 0.25  # share of a patch's hemisphere that receivers fill
 
 
 def decide_receivers(inputs):
@@ -74,39 +73,6 @@ def decide_receivers(inputs):
 def fewer_rays(samples):
     """Hemisphere rays from each of the others."""
     return min(samples, max(ENOUGH, samples // FEWER))
-
-
-def fewer_points(points):
-    """Shadow points of each of the others that look at one sun: a quarter, but no fewer than four."""
-    return points // FEWER if points >= FEWER**2 else points
-
-
-def choose_turns(full, ground, filled, points):
-    """One in how many of its shadow points looks at one sun, in turn, for each patch.
-
-    All of those of receivers, a quarter of those of others, a sixteenth of those of generated ground that receivers
-    hardly see: it has no numbers of its own, and noise of what it passes on counts with the light that it passes on.
-
-    Parameters
-    ----------
-    full : (p,) bool or None
-        Receivers; None: all patches.
-    ground : (p,) bool
-        Generated ground.
-    filled : (p,) float32 or None
-        Share of each patch's hemisphere that receivers fill.
-    points : int
-        Shadow points of a receiver.
-
-    Returns
-    -------
-    (p,) int or None
-        None: all points of all patches.
-    """
-    if full is None or fewer_points(points) == points:
-        return None
-    turns = np.where(full, 1, FEWER)
-    return turns if filled is None else np.where(ground & ~full & (filled < HARDLY_SEEN), FEWER**2, turns)
 
 
 WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out

@@ -32,8 +32,8 @@ from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
 from .sun_blocks import block_of_suns
-from .sun_visibility import Shadows, SunsInTurns, see_all, trace_in_turns, weigh_points
-from .trace_all import ask_samples, fill_closed_forms, measure_filled, prepare_gather
+from .sun_visibility import Shadows, see_all, trace_points, weigh_points
+from .trace_all import ask_samples, fill_closed_forms, prepare_gather
 from .trace_gather import (
     SUNS,
     TracedCity,
@@ -197,8 +197,6 @@ def _trace_rows(old, context, change, progress):
         fill_closed_forms(context, one)
         if context.reflections:
             one.factor = element_factors(context, one)
-    if context.plan.receivers is not None and context.reflections:
-        measure_filled(context, traced)
     progress(STAGE, 2, 3, "steps")
     return Edit(old, context, traced, todo)
 
@@ -241,11 +239,9 @@ def _look_again(edit, suns, change):
     patches, first, before = context.patches, change.first, old.task
     task = prepare_suns(context, traced, suns)
     watch, known = task.watch, old.task.watch
-    # Bits of what is new, is covered otherwise, or is looked at otherwise hold no longer.
+    # Bits of what is new or is covered otherwise hold no longer.
     anew = np.ones(len(patches), bool)
     anew[:first] = (traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
-    turns = [np.ones(len(one.traced), int) if one.turns is None else one.turns for one in (watch, known)]
-    anew[:first] |= turns[0][:first] != turns[1]
     anew[:first] |= (watch.traced[:first] != known.traced) | (watch.unobstructed[:first] != known.unobstructed)
     states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
     bits = np.zeros((states, len(patches), words, count), np.uint16)
@@ -264,12 +260,9 @@ def _look_again(edit, suns, change):
     asked &= lit
     see_all(watch, np.flatnonzero(watch.unobstructed & anew), block.directions, bits)
     looking = asked.any(axis=1)
-    turns, _ = weigh_points(watch)
-    tasks = []
-    for many in np.unique(turns[looking]):
-        rows = np.flatnonzero(looking & (turns == many))
-        tasks += [(rows[k : k + 1024], SunsInTurns(block, 0, int(many))) for k in range(0, len(rows), 1024)]
-    for _ in map_in_order(lambda one: trace_in_turns(watch, *one, bits, asked[one[0]]), tasks, context.threads):
+    rows = np.flatnonzero(looking)
+    tasks = [rows[k : k + 1024] for k in range(0, len(rows), 1024)]
+    for _ in map_in_order(lambda one: trace_points(watch, one, block, bits, asked[one]), tasks, context.threads):
         pass
     touched = anew.copy()
     rows = np.flatnonzero(looking[:first] & ~anew[:first])
@@ -296,10 +289,10 @@ def _sum_annual(edit, state):
     by_point = np.zeros((len(edit.touched), context.points), np.float32)
     known = edit.state_before(state).direct.annual.by_point
     by_point[: len(known)] = known
-    turns, weight = weigh_points(watch)
+    weight = weigh_points(watch)
     block = block_of_suns(task.suns, slice(None))
     points = KnownPoints(*(part[rows] for part in watch.points))
-    shadows = Shadows(task.bits[state][rows], points, turns[rows], weight[rows], 0)
+    shadows = Shadows(task.bits[state][rows], points, weight[rows], 0)
     by_point[rows] = shadows.light_of_points(context.patches.normal[rows], block, context.threads)
     return sum_suns(context, edit.traced[state], watch, by_point, block)
 

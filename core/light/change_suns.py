@@ -104,9 +104,9 @@ def with_first_days(task):
 
 def _with_known(task, blocks):
     """A SunTask that knows from its bits which points see the suns of some blocks."""
-    (turns, weight), points = weigh_points(task.watch), task.watch.points
+    weight, points = weigh_points(task.watch), task.watch.points
     looked = {
-        block.start: [Shadows(np.ascontiguousarray(bits[:, :, block]), points, turns, weight, 0) for bits in task.bits]
+        block.start: [Shadows(np.ascontiguousarray(bits[:, :, block]), points, weight, 0) for bits in task.bits]
         for block in blocks
     }
     return replace(task, looked=looked)
@@ -125,7 +125,7 @@ def _visible_share(edit, state):
     share = _grow(edit.state_before(state).direct.visible_share, to_surface.shape[0])
     surfaces = np.unique(owner[(edit.touched | edit.anew) & (owner >= 0)])
     rows = np.flatnonzero(np.isin(owner, surfaces))
-    _, weight = weigh_points(edit.task.watch)
+    weight = weigh_points(edit.task.watch)
     own = np.empty((len(rows), share.shape[1]), np.float32)
     count_visible(edit.task.bits[state][rows], weight[rows], own)
     share[surfaces] = to_surface[surfaces][:, rows] @ own
@@ -154,8 +154,7 @@ def _first_reflections(edit, state):
     number = np.full(len(context.patches), -1)
     number[rows] = np.arange(len(rows))
     starts = np.searchsorted(entry * ff.cells + element, np.arange(len(rows) * ff.cells + 1))
-    turns, _ = weigh_points(task.watch)
-    shine = context.patches.albedo * turns.astype(np.float32)
+    shine = context.patches.albedo
     lost = todo[:first] | ~context.patches.receives[:first]
     for part in old_ff.rows:
         some = part.chosen
@@ -174,9 +173,7 @@ def _first_reflections(edit, state):
     light = _light_of_rows(ff, anew, (shine, context.patches.normal, points), (block.directions, bits), context)
     rows = np.flatnonzero(anew)
     found += (to_surface[:, rows] @ light[rows]).astype(np.float32)
-    turns, _ = weigh_points(old.task.watch)
-    shine = old.context.patches.albedo * turns.astype(np.float32)
-    seen = shine, old.context.patches.normal, old_points
+    seen = old.context.patches.albedo, old.context.patches.normal, old_points
     light = _light_of_rows(old_ff, gone, seen, (block.directions, old_bits), context)
     rows = np.flatnonzero(gone)
     found -= (to_surface[:, rows] @ light[rows]).astype(np.float32)

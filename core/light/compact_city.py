@@ -53,7 +53,6 @@ def compact_city(base):
         states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
     task = prepare_suns(context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain))
     watch = old.task.watch
-    task.watch.turns = None if watch.turns is None else watch.turns[kept]
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
     task.bits = old.task.bits[:, kept]
     room = None if old.room is None else old.room[kept]

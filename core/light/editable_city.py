@@ -116,7 +116,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     transfer : Transfer
     decisions : Decisions
     kept : dict
-        `bits` of SunTask and `turns` of its watch, `room` of TracedCity, and `states`: a dict of each state of the
+        `bits` of SunTask, `room` of TracedCity, and `states`: a dict of each state of the
         trees, with `traced`, `lights` and `direct` of TracedState.
     drift, specular
         As of `EditableCity`.
@@ -134,7 +134,6 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [one["traced"] for one in states], suns)
     task.bits, watch = kept["bits"], task.watch
-    watch.turns = kept["turns"]
     counts = context.points, context.elements
     watch.points = find_points(context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads)
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]

@@ -1,6 +1,5 @@
 """Points of a patch from which shadow rays start, and which of them represents which part of it."""
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,6 @@ from ..rays.sample_points import (
     cells_inside,
     grid_of,
     points_of_grid,
-    sobol_digits,
     sobol_points,
 )
 from ..settings.threads import map_in_order
@@ -40,18 +38,6 @@ def points_above(count):
 def count_elements(point_count):
     """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one per point."""
     return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
-
-
-@functools.cache
-def split_net(point_count, parts):
-    """Parts of a net of points that are nets themselves: (parts, point_count / parts) int.
-
-    They are sections of Sobol's sequence. A digital shift, which gives every rectangle the point of another one, turns
-    one part into another.
-    """
-    place = {tuple(point): place for place, point in enumerate(points_of_grid(point_count).tolist())}
-    order = [place[tuple(point)] for point in sobol_digits(point_count)[:, :2].tolist()]
-    return np.sort(np.array(order).reshape(parts, -1), axis=1)
 
 
 def shadow_points(patches, chosen, point_count):

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..effects.rays import choose_turns
 from ..settings.progress import CancelledError
 from ..sun.suns import end_of_days
 from .annual_light import Annual, sum_suns
@@ -56,7 +55,6 @@ def prepare_suns(context, traced, suns):
         plan.open_to_suns & patches.receives,
         traced.covered,
         context.points,
-        choose_turns(plan.receivers, context.owner < 0, traced.filled, context.points),
         plan.suns_behind,
         context.threads,
         elements=context.elements,
@@ -79,7 +77,7 @@ def look_at_block(context, task, block, report):
     part = block_of_suns(task.suns, block)
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
-    found = sun_visibility(task.watch, few, block.start, report)
+    found = sun_visibility(task.watch, few, report)
     found = found if lit.all() else [one.among(lit) for one in found]
     if task.bits is not None:
         for bits, one in zip(task.bits, found, strict=True):
@@ -122,7 +120,7 @@ def light_of_first_days(context, traced, task):
 
 def first_reflections(context, traced, shadows, directions):
     """Light of suns that patches reflect once: (p, b) float32."""
-    albedo, normal = context.patches.albedo * shadows.turns.astype(np.float32), context.patches.normal
+    albedo, normal = context.patches.albedo, context.patches.normal
     seen_by = albedo, normal, shadows.points.representative_points
     return multiply_visible(traced.form_factors, seen_by, (directions, shadows.bits), context.threads)
 

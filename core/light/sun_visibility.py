@@ -1,27 +1,19 @@
-"""Visible share of each patch for each sun, by shadow rays: one bit for each shadow point and sun.
-
-Patches that only pass light on look at each sun from some of their points, in turn: four suns on, or sixteen where
-they are hardly seen, each point has looked at one of them. So their light is resolved by as many elements as any.
-"""
+"""Visible share of each patch for each sun, by shadow rays: one bit for each shadow point and sun."""
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from ..patches.patches import Patches
-from ..rays.random_numbers import mix
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
-from .shadow_points import KnownPoints, count_elements, find_points, shadow_points, split_net
-from .sun_blocks import SunBlock
+from .shadow_points import KnownPoints, count_elements, find_points, shadow_points
 
 EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
-STRIP = 20.0  # [m] width of strips in which patches are sorted
 WORD = 16  # points, one bit each
 
 
@@ -35,7 +27,6 @@ class SunWatch:
     unobstructed: np.ndarray  # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
     covered: np.ndarray  # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
     point_count: int  # points per patch, a power of two
-    turns: np.ndarray | None = None  # (p,) int, one in so many points looks at one sun, a power of two; None: all do
     behind: bool = False  # trace rays to suns behind a patch as well (never visible; this only costs time)
     threads: int = 1
     points: KnownPoints | None = None  # the same for all suns: found with the first
@@ -48,7 +39,6 @@ class Shadows:
 
     bits: np.ndarray  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
     points: KnownPoints
-    turns: np.ndarray  # (p,) int, number of points that each one stands for which looks at a sun
     weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
     ray_count: int
     light: np.ndarray | None = None  # of `light_of_points`, once it is known
@@ -85,14 +75,6 @@ class Shadows:
         return replace(self, bits=wide)
 
 
-class SunsInTurns(NamedTuple):
-    """Suns of a block, each of which is looked at from one in `turns` of the points."""
-
-    block: SunBlock
-    before: int  # number of suns before this block
-    turns: int  # a power of two
-
-
 @njit(nogil=True, cache=True)
 def projection_in_front(normal, directions):
     """Cosine of the angle of incidence, 0 if the sun is behind the patch or edge-on.
@@ -119,15 +101,13 @@ def projection_in_front(normal, directions):
     return aoi_projection
 
 
-def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
+def sun_visibility(watch, suns, report=lambda share, rays: None):
     """Trace shadow rays from points of patches to each sun in front of them.
 
     Parameters
     ----------
     watch : SunWatch
     suns : SunBlock
-    first_sun : int
-        Number of suns before this block.
     report : callable
         Called with the share of patches done and the number of rays traced.
 
@@ -147,36 +127,29 @@ def sun_visibility(watch, suns, first_sun=0, report=lambda share, rays: None):
         wanted = watch.traced | watch.unobstructed
         elements = watch.elements or count_elements(m)
         watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
-    turns, weight = weigh_points(watch)
     bits = np.zeros((watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16)
     see_all(watch, np.flatnonzero(watch.unobstructed), directions, bits)
     ray_count, every = 0, np.ones((1, len(directions)), bool)
     step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
-    tasks = []
-    for many in np.unique(turns[watch.traced]):
-        rows = np.flatnonzero(watch.traced & (turns == many))
-        if many > 1:  # several patches share a packet of rays then, and should lie side by side
-            east, north, _ = patches.corner[rows].T
-            rows = rows[np.lexsort([north, np.floor(east / STRIP)])]
-        in_turns = SunsInTurns(suns, first_sun, int(many))
-        tasks += [(rows[start : start + step], in_turns) for start in range(0, len(rows), step)]
-    found = map_in_order(lambda task: trace_in_turns(watch, *task, bits, every), tasks, watch.threads)
-    done, whole = 0, sum(len(chosen) / in_turns.turns for chosen, in_turns in tasks)
-    for (chosen, in_turns), sent in zip(tasks, found, strict=True):
+    rows = np.flatnonzero(watch.traced)
+    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+    found = map_in_order(lambda chosen: trace_points(watch, chosen, suns, bits, every), tasks, watch.threads)
+    done = 0
+    for chosen, sent in zip(tasks, found, strict=True):
         ray_count += sent
-        done += len(chosen) / in_turns.turns
-        report(done / whole, ray_count)
-    return [Shadows(own, watch.points, turns, weight, ray_count) for own in bits]
+        done += len(chosen)
+        report(done / len(rows), ray_count)
+    weight = weigh_points(watch)
+    return [Shadows(own, watch.points, weight, ray_count) for own in bits]
 
 
 def weigh_points(watch):
-    """How many points each one that looks at a sun stands for, (p,) int, and its part of the visible share, (p,)."""
-    turns = np.where(watch.traced, 1 if watch.turns is None else watch.turns, 1)
-    weight = (turns / watch.point_count).astype(np.float32)
+    """Part of the visible share that each point stands for: (p,) float32."""
+    weight = np.full(len(watch.patches), 1 / watch.point_count, np.float32)
     # Where nothing stands in front every sun is visible, from the open part of the patch.
     free = np.flatnonzero(watch.unobstructed)
     weight[free] *= 1 - watch.covered[free].mean(axis=1, dtype=np.float32)
-    return turns, weight
+    return weight
 
 
 def see_all(watch, rows, directions, bits):
@@ -204,7 +177,7 @@ def check_watch(watch, suns):
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
 
 
-def trace_in_turns(watch, chosen, suns, bits, asked):
+def trace_points(watch, chosen, suns, bits, asked):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
@@ -212,7 +185,7 @@ def trace_in_turns(watch, chosen, suns, bits, asked):
     watch : SunWatch
     chosen : (c,) int
         The patches.
-    suns : SunsInTurns
+    suns : SunBlock
     bits : (states, p, words, s) uint16
         Written: the rows of these patches.
     asked : (c, s) or (1, s) bool
@@ -223,63 +196,43 @@ def trace_in_turns(watch, chosen, suns, bits, asked):
     int
         Number of rays.
     """
-    (directions, _), before, turns = suns
-    patches, known = watch.patches, watch.points
-    position, is_open = shadow_points(patches, chosen, watch.point_count), known.open_points[chosen]
-    parts = split_net(watch.point_count, turns)
-    # The same sun is looked at from another part in each further round: from one and the same it would never be seen
-    # from all of the patch, since points of a sequence that are as many apart lie together.
-    begun = mix(patches.key[chosen] ^ np.uint64(0x7142)) % np.uint64(turns)
-    begun = begun.astype(int) + patches.points_before[chosen] // watch.point_count
-    ray_count = 0
-    for turn in range(turns):
-        first = (turn - before) % turns
-        taken = parts[(turn + begun) % turns]
-        places, opened = position, is_open
-        if turns > 1:
-            places = np.take_along_axis(position, taken[:, :, None], axis=1)
-            opened = np.take_along_axis(is_open, taken, axis=1)
-        aoi_projection = projection_in_front(patches.normal[chosen], directions[first::turns])
-        in_front = aoi_projection > 0
-        wanted = np.ones(in_front.shape, bool) if watch.behind else in_front
-        wanted = wanted & asked[:, first::turns]
-        free = watch.ray_scene.trace_shadow_states(places, wanted, directions[first::turns])
-        ray_count += int(np.count_nonzero(wanted)) * taken.shape[1]
-        columns = np.arange(first, len(directions), turns)
-        for state, own in zip(free, bits, strict=True):
-            set_bits(state, (opened, taken), (wanted & in_front, columns), chosen, own)
-    return ray_count
+    directions, _ = suns
+    position = shadow_points(watch.patches, chosen, watch.point_count)
+    in_front = projection_in_front(watch.patches.normal[chosen], directions) > 0
+    wanted = (in_front | watch.behind) & asked
+    free = watch.ray_scene.trace_shadow_states(position, wanted, directions)
+    for state, own in zip(free, bits, strict=True):
+        set_bits(state, watch.points.open_points[chosen], wanted & in_front, chosen, own)
+    return int(np.count_nonzero(wanted)) * watch.point_count
 
 
 @njit(nogil=True, cache=True)
-def set_bits(free, points, suns, chosen, bits):
+def set_bits(free, open_points, wanted, chosen, bits):
     """Write which points of patches see which suns.
 
     Parameters
     ----------
     free : (c, s, m) bool
-    points : tuple of (c, m) bool and (c, m) int
-        Which points are open, and their numbers among all of their patch.
-    suns : tuple of (c, s) bool and (s,) int
-        Which suns each patch looks at, and the column of each.
+    open_points : (c, m) bool
+    wanted : (c, s) bool
+        Which suns each patch looks at.
     chosen : (c,) int
         Rows of `bits` that belong to the patches.
     bits : (p, words, s) uint16
         Written.
     """
-    (open_points, taken), (wanted, columns) = points, suns
     found = np.empty(bits.shape[1], np.int64)
     for patch in range(len(free)):
-        is_open, place = open_points[patch], taken[patch]
+        is_open = open_points[patch]
         for sun in range(free.shape[1]):
             if not wanted[patch, sun]:
                 continue
             seen = free[patch, sun]
             found[:] = 0
-            for point in range(len(place)):
-                found[place[point] >> 4] |= np.int64(seen[point] & is_open[point]) << (place[point] & 15)
+            for point in range(len(is_open)):
+                found[point >> 4] |= np.int64(seen[point] & is_open[point]) << (point & 15)
             for word in range(len(found)):
-                bits[chosen[patch], word, columns[sun]] = found[word]
+                bits[chosen[patch], word, sun] = found[word]
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})

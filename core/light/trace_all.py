@@ -139,8 +139,6 @@ def trace_all(context):
     if most:
         context.progress(STAGE, 0, most, "rays")
     trace(full, every)
-    if plan.receivers is not None and plan.reflections:
-        measure_filled(context, found)
     trace(sends & ~full, fewer)
     if done < most:
         context.progress(STAGE, most, most, "rays")
@@ -161,32 +159,6 @@ def ask_samples(context):
     )
     sends = context.patches.receives & ~context.known
     return np.where(sends, np.where(context.full, every, fewer), 0).astype(np.int32)
-
-
-def hits_of_patches(form_factors, weigh=lambda rows: np.ones(len(rows.chosen))):
-    """Number of rays that met each patch, or the sum of weights of the patches that sent them: (p,) float64.
-
-    `weigh` gives these, (c,), of Rows.
-    """
-    hits = np.zeros(form_factors.count)
-    for rows in form_factors.rows:
-        patch = rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
-        hits += np.bincount(patch, np.repeat(weigh(rows), np.diff(rows.start)), len(hits))
-    return hits
-
-
-def measure_filled(context, traced):
-    """Find, by reciprocity, which share of each patch's hemisphere receivers fill: written to the first Traced."""
-    area, full, filled = context.patches.area, context.full, []
-    for one in traced:
-        seen = hits_of_patches(
-            one.form_factors,
-            lambda rows: np.where(
-                full[rows.chosen], np.rint(area[rows.chosen] / (HEMISPHERE_REPLICATES * rows.rays * SMALLEST_AREA)), 0
-            ),
-        )
-        filled.append(np.divide(SMALLEST_AREA * seen, area, out=np.zeros(len(area)), where=area > 0))
-    traced[0].filled = np.maximum.reduce(filled).astype(np.float32)
 
 
 def fill_closed_forms(context, traced):

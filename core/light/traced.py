@@ -91,7 +91,6 @@ class Traced:
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
     form_factors: FormFactors | None
     ray_count: dict = field(default_factory=dict)
-    filled: np.ndarray | None = None  # (p,) float32, share of a patch's hemisphere that receivers fill; None: unknown
     factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
     samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 

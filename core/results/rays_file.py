@@ -35,7 +35,7 @@ from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays, format 2"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 3"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
 TYPES += (Lattice, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
@@ -117,7 +117,7 @@ def keep_traced(city):
         }
         for one in city.states
     ]
-    return {"bits": city.task.bits, "turns": city.task.watch.turns, "room": city.room, "states": states}
+    return {"bits": city.task.bits, "room": city.room, "states": states}
 
 
 def read_rays(folder):

@@ -7,8 +7,6 @@ from test_closed_forms import direct_relative
 from test_tracing import SUNS, three_houses
 from weathers import HOUR, year_of
 
-from citypv.core.light.shadow_points import split_net
-from citypv.core.rays.sample_points import grid_of
 from citypv.core.sun.sun_sampling import choose_suns
 
 
@@ -37,7 +35,7 @@ def test_receivers_keep_their_own_rays():
     for name in ("sky_view_factor", "visible_share", "covered_share"):
         assert np.array_equal(getattr(few, name)[wanted], getattr(every, name)[wanted])
     assert few.record.hemisphere_rays < every.record.hemisphere_rays
-    assert few.record.shadow_rays < every.record.shadow_rays
+    assert few.record.shadow_rays == every.record.shadow_rays
 
 
 def test_light_that_others_pass_on_is_the_same(year):
@@ -65,22 +63,6 @@ def test_others_pass_on_light_from_where_it_falls(year):
         ratios.append(few[facade] / every[facade] - 1)
     assert abs(np.average(np.mean(ratios, axis=0), weights=surfaces.area[facade])) < 0.03
     assert np.sqrt((np.mean(ratios, axis=0) ** 2).mean()) < 0.05
-
-
-@pytest.mark.parametrize("points", [16, 64])
-def test_parts_of_a_net_are_nets(points):
-    """A quarter of the points has one in each box of that share of the square, and a shift makes it another quarter."""
-    rows, columns = grid_of(points)
-    parts = split_net(points, 4)
-    assert np.array_equal(np.sort(parts.ravel()), np.arange(points))
-    for down, across in np.ndindex(rows, columns):
-        row, column = (parts // columns) ^ down, (parts % columns) ^ across
-        same = {frozenset(part) for part in (row * columns + column).tolist()}
-        assert same == {frozenset(part) for part in parts.tolist()}
-    few = points // 4
-    for wide, high in ((2**k, few // 2**k) for k in range(few.bit_length()) if 2**k <= columns and few <= rows * 2**k):
-        cell = parts % columns * wide // columns * high + parts // columns * high // rows
-        assert np.array_equal(np.sort(cell, axis=1), np.tile(np.arange(few), (4, 1)))
 
 
 def test_others_keep_honest_errors(year):
