@@ -84,11 +84,8 @@ def note_light(found):
     """That light before was solved again, or that the two were traced with other settings: list of str."""
     notes, names = [], ", ".join(found.summary["light_differs_in"])
     if "base_light" in found.summary:
-        light, (before, after) = (
-            describe_light(found.summary["base_light"]),
-            (found.summary["before"], found.later.name),
-        )
-        notes.append(f"Before is {before} with the light that {after} asks for: {light}.")
+        light = describe_light(found.summary["base_light"])
+        notes.append(f"Before is {found.summary['before']} with the light that {found.later.name} asks for: {light}.")
     if names:
         notes.append(f"The light was traced with other settings: {names}; part of the change is theirs.")
     return notes

@@ -82,7 +82,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     if base.city.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
     clock, given, request = Clock(), base, request or base.request
-    base = match_light(base, sky_of_surfaces(request, change.scene.surfaces), 0, progress)
+    sky = sky_of_surfaces(request, change.scene.surfaces)
+    base = match_light(base, sky, base.decisions.bounces, progress)
     old = base.city
     prepared = build_tree(prepare_decided(base.decisions, change.scene, request, progress), request)
     prepared = replace(prepared, editable=True)

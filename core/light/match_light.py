@@ -1,4 +1,4 @@
-"""Light of a traced city with more reflections, or under another sky, for an edit that asks for it."""
+"""Light of a traced city with another number of reflections, or under another sky, as an edit of it asks for."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from .transfer import variance_of_mean
 
 
 def match_light(base, sky, bounces, progress=silent):
-    """The same city with at least this number of reflections, under this sky: the EditableCity itself if it has both.
+    """The same city with this number of reflections, under this sky: the EditableCity itself if it has both.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def match_light(base, sky, bounces, progress=silent):
     """
     if sky != base.decisions.plan["sky"]:
         base = _with_sky(base, sky, progress)
-    return with_reflections(base, bounces, progress) if bounces > base.decisions.bounces else base
+    return with_reflections(base, bounces, progress) if bounces != base.decisions.bounces else base
 
 
 def with_reflections(base, bounces, progress=silent):

@@ -1,17 +1,18 @@
 """Update: compute an edited city from what is known of it before the edit, and show who gains and who loses."""
 
+from dataclasses import replace
 from queue import SimpleQueue
 
 import bpy
 import numpy as np
 
-from ..attributes import CHANGE, write_surface_values
+from ..attributes import CHANGE, PREFIX, write_results, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import read_settings
 from ..light.trace_city import keep_light
 from ..members import REDESIGNED, can_update, check_unedited, describe_edited, has_edits, hinders_update
 from ..picture.build_legend import PREVIEW
-from ..picture.show_result import find_before, show_result
+from ..picture.show_result import BEFORE, find_before, show_result
 from ..result.compare_results import KeepBefore, values_of_surfaces
 from ..result.compute_energy import WeighEnergy
 from ..run_step import OfCity, Step, leave_edit_mode, redraw_panels
@@ -49,7 +50,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         UpdateCity.tried = state = seen.design, repr(request)
         before = find_session(find_before(context.scene, city)) or session
         self._found, self._shown, self._asked = SimpleQueue(), session, seen.design
-        return session, seen, request, state, find_state(state), before.base, self._found
+        return session, seen, request, state, find_state(state), before, self._found
 
     @staticmethod
     def work(task, progress):
@@ -61,6 +62,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         from ...core.study import change_scene
 
         session, seen, request, state, known, before, found = task
+        solved = None
         if known is None:
             base = session.base
             imported, city = seen.make()
@@ -74,11 +76,14 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             edited = trace_change(base, change, progress=progress, preview=preview)
+            solved = edited.before if before.base is base else None
+            edited = replace(edited, before=None)
             known = Session(city, imported, scene, transfer=edited.transfer, base=edited, state=state)
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = light, WeighEnergy.work((known, None, request), progress)
-        return seen, known, tell_errors(before, known, known.told[1][2], request)
+        earlier = match_before(before, known, solved, progress)
+        return seen, known, earlier, tell_errors((earlier or before).base, known, known.told[1][2], request)
 
     def modal(self, context, event):
         """Wait until the user has finished a newer edit: it may need nothing of this one."""
@@ -123,16 +128,17 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     def finish(self, context, result):
         """Keep the result before the first edit, and show the edited city with what it gains or loses."""
-        seen, known, known.change = result
+        seen, known, earlier, known.change = result
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
+        again = renew_before(find_before(context.scene, city), earlier) if earlier else ""
         traced, (_, *energy) = known.told
         show_kinds(context, self._shown, known, traced[2], seen)
         keep_light(context, *traced)
         UpdateCity.tried = None
         text = WeighEnergy.finish(self, context, (known, *energy))
         find_city(context.scene)[0].pop(PREVIEW, None)
-        return text
+        return text + again
 
 
 def estimate_hours(session, scene, light):
@@ -163,6 +169,48 @@ def estimate_hours(session, scene, light):
     rest = np.append(hours - before @ worth, 0.0)[rows]
     guess = np.column_stack(light) @ worth + rest
     return np.where((rows < 0) & ~scene.surfaces.eligible, np.nan, np.maximum(guess, 0.0))
+
+
+def match_before(before, after, solved, progress):
+    """What is kept as before with the reflections and the sky of an edited city, and its energy, if it has others.
+
+    Parameters
+    ----------
+    before, after : Session
+        The latter with what was found of it.
+    solved : EditableCity or None
+        The city before with these, if it is known already.
+    progress : callable
+
+    Returns
+    -------
+    Session or None
+    """
+    from ...core.light.match_light import match_light
+    from ...core.study import compute_energy
+
+    if before.base is None or after.base is None:
+        return None
+    wanted = after.base.decisions
+    base = solved or match_light(before.base, wanted.plan["sky"], wanted.bounces, progress)
+    if base is before.base:
+        return None
+    _, _, weather, _, request, _ = after.told[1]
+    energy = compute_energy(base.transfer, weather, request)
+    return replace(before, base=base, transfer=base.transfer, energy=energy)
+
+
+def renew_before(item, earlier):
+    """Show on what was kept as before, and keep in its session, the hours of its city with other light: what to say."""
+    from ...core.results.compare_runs import describe_light
+
+    session = find_session(item)
+    if item is None or session is None or item.get(PREFIX + "part") != BEFORE:
+        return ""  # a variant that is shown itself keeps its hours
+    write_results(item, None, earlier.transfer, earlier.energy)
+    session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy
+    light = {"max_bounces": earlier.base.decisions.bounces, "sky": earlier.base.decisions.plan["sky"]}
+    return f"; before has the light that this city asks for: {describe_light(light)}"
 
 
 def is_editing(context):

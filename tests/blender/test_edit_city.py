@@ -6,11 +6,13 @@ import bpy
 import numpy as np
 import pandas as pd
 import pytest
+from small_city import house, write_gml
 from steps import add_box, add_tower, assert_full_run, colours_of, here, refuse, run, session_here, trace_anew
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.written_scene import written_scene
 from citypv.core.light.change_light import trace_change
+from citypv.core.light.match_light import match_light
 from citypv.core.settings.progress import silent
 from citypv.core.study import change_scene, compute_energy
 from citypv.operators.attributes import CHANGE, read_corners, read_face_attribute
@@ -18,7 +20,8 @@ from citypv.operators.edits import update_city
 from citypv.operators.edits.update_city import UpdateCity, estimate_hours
 from citypv.operators.members import describe_edit, list_members
 from citypv.operators.picture.build_legend import note_of
-from citypv.operators.session import list_cities
+from citypv.operators.picture.show_result import find_before
+from citypv.operators.session import find_session, list_cities
 
 
 def hours_of(session):
@@ -317,3 +320,28 @@ def test_what_was_added_comes_and_goes_with_its_city(traced, row_file):
     bpy.context.view_layer.update()
     assert here().name == name and tower.visible_get() and describe_edit(here()) == ("", "")
     assert hours_of(session_here()) == pytest.approx(hours, rel=0, abs=0, nan_ok=True)
+
+
+def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(addon, tmp_path):
+    """A house with walls beside a level roof calls for Perez's sky: before is that roof under it."""
+    roof = write_gml(tmp_path / "roof.gml", house("low", (0, 0), (20, 20, 0.3), ridge=0))
+    run("solar_city", city_path=str(roof), samples=32, shadow_samples=4, days=4)
+    session, before = session_here(), hours_of(session_here())
+    assert not session.transfer.sources
+    base = session.base
+    add_tower()
+    run("add_to_city")
+    assert session_here().base.decisions.plan["sky"] == "perez" and session_here().base.before is None
+    kept = find_before(bpy.context.scene, here())
+    perez = match_light(base, "perez", session_here().base.decisions.bounces).transfer
+    expected = compute_energy(perez, session.weather, session.request).full_load_hours
+    known = np.isfinite(expected)
+    assert known.any() and np.abs(expected - list(before.values()))[known].max() > 1
+    assert find_session(kept).energy.full_load_hours == pytest.approx(expected, nan_ok=True)
+    shown = read_face_attribute(kept.data, "full_load_hours")
+    assert np.nanmax(shown) == pytest.approx(np.nanmax(expected), rel=1e-5)
+    assert session_here().change[0] is find_session(kept).base
+    tower = bpy.data.objects["tower"]
+    tower.location.x += 30
+    update()
+    assert session_here().change[0] is find_session(kept).base  # both have it now: nothing is solved again
