@@ -34,7 +34,6 @@ VIEWS = tuple(
     for name, owner, title, unit in (
         ("direct_irradiance", "timeline", "Direct irradiance", "W/m²"),
         ("month_hours", "timeline", "Hours of the month", "h"),
-        ("seconds_to_halve", "energy", "Seconds to halve the standard error", "s"),
         (CHANGE_ERROR, "energy", "Standard error of the change of the full load hours", "h per year"),
         *((CHANGE + q.name, q.owner, f"Change: {q.title}", q.legend_unit) for q in QUANTITIES if q.name in COMPARED),
     )

@@ -1,4 +1,4 @@
-"""Errors of the full load hours of single surfaces, apart by their source, and what would halve them."""
+"""Errors of the full load hours of single surfaces, apart by their source."""
 
 from dataclasses import dataclass, field
 
@@ -113,39 +113,6 @@ def find_lit(energy):
     if not counted.any():
         return counted
     return counted & (hours >= LEAST_HOURS * np.average(hours[counted], weights=area[counted])) & (hours > 0)
-
-
-def seconds_to_halve(transfer, weather, energy):
-    """Time of further rounds that halve the standard error of the full load hours of each surface.
-
-    Rounds lower the variance S from rays and shadow points; that of patch sizes and of the choice of suns, F, stays.
-    After k times the rounds so far it is S / k + F, which is a quarter of S + F for k = 4 S / (S - 3 F): where F is
-    nothing, after three times the time so far.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    energy : Energy
-        Of both.
-
-    Returns
-    -------
-    numpy.ndarray, (n,)
-        [s] of the computer that traced; inf where no number of rounds is enough, NaN without full load hours, without
-        an error, or where no times are known.
-    """
-    parts = variances_of_hours(transfer, weather, energy)
-    fixed = parts["discretisation"] + parts["suns"]
-    return times_more(sum(parts[name] for name in SAMPLED), fixed) * seconds_of_rounds(transfer)
-
-
-def times_more(sampled, fixed):
-    """How many times the rounds so far have to be added to halve √(sampled + fixed): (n,), NaN for no error."""
-    spare = sampled - 3.0 * fixed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        more = np.where(spare > 0, 4.0 * sampled / spare - 1.0, np.inf)
-    return np.where(sampled + fixed > 0, more, np.nan)
 
 
 def seconds_of_rounds(transfer):

@@ -5,7 +5,7 @@ import numpy as np
 from mathutils import Vector
 
 from ...core.settings.errors import InputError
-from ..attributes import CHANGE, read_corners, write_results, write_surface_values
+from ..attributes import CHANGE, read_corners, write_results
 from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.read_settings import remember_step
 from ..light.keep_transfer import OfTransfer, weigh
@@ -28,7 +28,6 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and compute the energy."""
-        from ...core.accuracy.yield_errors import seconds_to_halve
         from ...core.energy.energy import kwp_of_hours
         from ...core.energy.pv_system import build_system
         from ...core.results.write_buildings import sum_buildings
@@ -41,15 +40,14 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         kwp = kwp_of_hours(np.asarray(transfer.surfaces.area), energy, system)
         told = {"place": describe_distance(weather, transfer.site), "whole": sum_totals(transfer, energy, system)}
         told["buildings"] = sum_buildings(transfer, energy, system, weather)
-        return session, transfer, weather, energy, request, (told, kwp, seconds_to_halve(transfer, weather, energy))
+        return session, transfer, weather, energy, request, (told, kwp)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, transfer, weather, energy, request, (told, kwp, seconds) = result
+        session, transfer, weather, energy, request, (told, kwp) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer, energy)
         session.transfer, session.weather, session.energy, session.request = transfer, weather, energy, request
-        write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
         text = summarise_energy(city, weather, energy, **told)
         city[KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)

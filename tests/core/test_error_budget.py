@@ -8,10 +8,10 @@ import pytest
 from scenes import run_gather
 from test_closed_forms import SUNS
 from test_tracing import three_houses
-from transfers import Horizons, unshaded_transfer
+from transfers import unshaded_transfer
 
 from citypv.core.accuracy.error_budget import budget_groups, suggest_more
-from citypv.core.accuracy.yield_errors import SOURCES, seconds_of_rounds, seconds_to_halve, split_errors, times_more
+from citypv.core.accuracy.yield_errors import SOURCES, seconds_of_rounds, split_errors
 from citypv.core.effects.beyond_scene import change_unshaded
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.transfer import ErrorParts
@@ -107,31 +107,10 @@ def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     assert errors.relative() == pytest.approx(np.full(COUNT, expected), rel=2e-4)
     group = budget_groups(seasonal, weather, energy, {})["facade south"]["sampling"]["percent"]
     assert group == pytest.approx(expected * APART, rel=2e-4)
-    # All of it is noise of rays: three times the time so far halves it, and both states take their time.
+    # Both states take their time.
     took = replace(seasonal.record, seconds={"suns": 2.0})
     timed = replace(seasonal, record=took, bare=replace(without, record=replace(took, seconds={"suns": 3.0})))
     assert seconds_of_rounds(timed) == 5.0
-    assert seconds_to_halve(timed, weather, energy) == pytest.approx(np.full(COUNT, 15.0))
-
-
-# -- seconds to halve the standard error --
-
-
-@pytest.mark.parametrize("fixed", [0.0, 0.01, 0.1, 0.3])
-def test_after_that_the_error_is_half(fixed):
-    more = times_more(np.array([1.0]), np.array([fixed]))[0]
-    assert fixed or more == 3.0  # three times as long again
-    assert np.sqrt(1.0 / (1 + more) + fixed) == pytest.approx(np.sqrt(1.0 + fixed) / 2)
-
-
-def test_where_fixed_errors_are_too_large_no_time_is_enough():
-    assert times_more(np.array([3.0, 2.0, 0.0]), np.array([1.0, 1.0, 1.0])).tolist() == [np.inf] * 3
-    assert np.isnan(times_more(np.zeros(1), np.zeros(1))).all()
-
-
-def test_no_time_is_known_without_a_record(berlin):
-    transfer = replace(Horizons(5).transfer(choose_suns("days:4", *berlin.axis)), record=None)
-    assert np.isnan(seconds_to_halve(transfer, berlin, compute_energy(transfer, berlin))).all()
 
 
 MEASURED = {"bias": 0.5, "rms": 2.0, "groups": {"facade south": {"bias": -1.0, "rms": 3.0}}}
