@@ -1,7 +1,7 @@
 """What effects change, measured: with each of them switched on and off.
 
 Of effects of light, the city is traced with each of them switched, a large one with few rays. Both runs have the same
-random numbers, so that their difference has little noise. Several pairs, each with numbers of its own, tell how much.
+random numbers and suns, so that their difference has little noise. Several pairs, each with its own, tell how much.
 
 Of effects of the modules, and of Perez's sky, the full load hours of a Transfer are computed.
 """
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..effects.plan_effects import plan_effects
-from ..effects.rays import ENOUGH, RECEIVERS
+from ..effects.rays import RECEIVERS
 from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
@@ -20,11 +20,12 @@ from ..light.transfer import SourceLight, take_rows
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sun.sky_models import choose_sky, sources_of
-from .pilot import trace_few, traced_patches
+from .pilot import LARGE, trace_few, traced_patches
+from .trace_run import choose_year
 
 TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
 SMALL = 1_000  # patches of a city that is traced with all rays
-PAIRS = 3
+PAIRS = "days:11", "days:12", "days:13"  # suns of each pair, so that the pairs tell what the choice of suns does
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 SWITCHED_ON = {"on": True, "extent": "simulated", "reason": "switched on", "bound": 0.0, "outcome": None}
 SWITCHED_OFF = {"on": False, "extent": "left out", "reason": "switched off", "bound": None, "outcome": None}
@@ -46,25 +47,26 @@ def measure_effects(inputs, progress=silent):
     Returns
     -------
     Transfer
-        With all effects as planned.
+        With all effects as planned, under fewer suns.
     """
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
     large = traced_patches(inputs.prepared).sum() > SMALL
-    samples = min(request.samples, ENOUGH) if large else request.samples
+    samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
     keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
     others = {key: one for key in keys if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
     found = {key: [] for key in others}
-    for pair in range(PAIRS):
-        planned = trace_light(inputs, samples, pair)
+    for pair, days in enumerate(PAIRS):
+        suns = choose_year(inputs.weather, replace(request, suns=days))
+        planned = trace_light(inputs, samples, suns, pair)
         for done, (key, other) in enumerate(others.items(), start=pair * len(others)):
-            progress("switching effects", done, PAIRS * len(others), "runs")
-            found[key].append((planned, trace_light(other, samples, pair)))
+            progress("switching effects", done, len(PAIRS) * len(others), "runs")
+            found[key].append((planned, trace_light(other, samples, suns, pair)))
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
-        light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))  # (PAIRS, 2)
+        light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))  # (pairs, 2)
         effect.share, effect.share_standard_error = compare_light(*light.T)
         effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))  # the first run loads compiled code
     return planned[-1]
@@ -82,7 +84,7 @@ def replan(inputs, key=None):
     return inputs._replace(prepared=replace(prepared, plan=plan), request=request)
 
 
-def trace_light(inputs, samples, pair):
+def trace_light(inputs, samples, suns, pair):
     """Trace a city with so many rays from a patch, and the random numbers of one pair.
 
     Returns
@@ -95,12 +97,12 @@ def trace_light(inputs, samples, pair):
     """
     request = inputs.request
     prepared = reseed(inputs.prepared, request.seed + pair)
-    run, transfer = trace_few(inputs._replace(prepared=prepared), (samples, request.shadow_samples), prepared.suns)
+    run, transfer = trace_few(inputs._replace(prepared=prepared), (samples, request.shadow_samples), suns)
     system, sky = build_system(request), choose_sky(request, transfer)
     energy = compute_energy(transfer, inputs.weather, system, request.threads, sky=sky)
     counts = inputs.scene.surfaces.eligible.any()
     area = np.where(energy.eligible, energy.counted_area, 0) if counts else transfer.surfaces.area
-    whole = replace(run, samples=request.samples)
+    whole = replace(run, samples=request.samples, suns=len(prepared.suns))
     seconds = run.predict_seconds(whole) / usable_threads(request.threads)
     return float(area @ np.nan_to_num(energy.full_load_hours)), seconds, transfer
 
