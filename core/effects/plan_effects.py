@@ -4,6 +4,7 @@ Rules of effects that are on where there is something for them stand here: `tree
 modules. What these change is measured, not estimated.
 """
 
+import math
 from functools import partial
 
 import numpy as np
@@ -123,7 +124,8 @@ def describe_plan(plan):
     for effect in plan.effects:
         words = [describe_bound(effect.bound, effect.on)]
         if effect.share is not None:
-            doubt = f" ± {100 * effect.share_standard_error:.2f}" if effect.share_standard_error else ""
+            error = math.ceil(1e4 * (effect.share_standard_error or 0)) / 100  # [%] no error is told as 0.00
+            doubt = f" ± {error:.2f}" if error else ""
             words.append(f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full load hours")
         if effect.seconds is not None:
             verb = "takes" if effect.seconds >= 0 else "saves"
