@@ -60,9 +60,12 @@ def written_scene(scene, rows):
     taken |= {"rack_of_back": None if scene.rack_of_back is None else number[scene.rack_of_back[kept]]}
     racks = np.asarray(scene.surfaces.kind) == RACK
     fronts = None if scene.racks is None else scene.racks[(np.cumsum(racks) - 1)[rows[racks[rows]]]]
+    # Corners of what is gone go too: else they would add up over the edits of edits.
+    used, corners = np.unique(scene.triangles[kept], return_inverse=True)
     return replace(
         scene,
-        triangles=scene.triangles[kept],
+        vertices=scene.vertices[used],
+        triangles=corners.reshape(-1, 3).astype(scene.triangles.dtype),
         triangle_surface=own[kept],
         surfaces=take_surfaces(scene.surfaces, rows),
         racks=fronts,

@@ -181,6 +181,7 @@ def _trace_rows(old, context, change, progress):
         new.ray_count = dict.fromkeys(new.first, 0)
         if context.reflections:
             kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in one.form_factors.rows]
+            kept = [rows for rows in kept if len(rows.chosen)]
             new.form_factors = FormFactors([kept], count, context.elements, np.zeros(count, np.int32), context.starts)
             new.form_factors.rays[:first] = np.where(lost[:first], 0, one.form_factors.rays)
         new.samples[todo] = samples[todo]
