@@ -90,7 +90,7 @@ def trace_light(inputs, samples, suns, pair):
     Returns
     -------
     light : float
-        Full load hours of the surfaces that count, times their area [h m²].
+        Full load hours of the area that counts, or of all surfaces where none does, times that area [h m²].
     seconds : float
         [s] that a run with the settings asked for takes, by the pilot's model of costs.
     Transfer
@@ -100,11 +100,14 @@ def trace_light(inputs, samples, suns, pair):
     run, transfer = trace_few(inputs._replace(prepared=prepared), (samples, request.shadow_samples), suns)
     system, sky = build_system(request), choose_sky(request, transfer)
     energy = compute_energy(transfer, inputs.weather, system, request.threads, sky=sky)
-    counts = inputs.scene.surfaces.eligible.any()
-    area = np.where(energy.eligible, energy.counted_area, 0) if counts else transfer.surfaces.area
+    if inputs.scene.surfaces.eligible.any():
+        hours = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+        light = hours @ energy.group_area
+    else:
+        light = transfer.surfaces.area @ np.nan_to_num(energy.full_load_hours)
     whole = replace(run, samples=request.samples, suns=len(prepared.suns))
     seconds = run.predict_seconds(whole) / usable_threads(request.threads)
-    return float(area @ np.nan_to_num(energy.full_load_hours)), seconds, transfer
+    return float(light), seconds, transfer
 
 
 def compare_light(on, off):

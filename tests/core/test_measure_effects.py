@@ -190,7 +190,7 @@ def compare_with_runs(scene, keys):
     def hours(**effects):
         switched = replace(request, effects=effects)
         energy = compute_energy(trace_scene(scene, weather, switched), weather, switched)
-        return np.where(energy.eligible, energy.counted_area, 0) @ np.nan_to_num(energy.full_load_hours)
+        return (energy.capacity_factor.sum(axis=0) @ energy.group_area).item()
 
     plan, whole = measure(scene, weather, sky="auto", suns=request.suns, **BRIGHT), hours()
     for key in keys:
