@@ -151,7 +151,7 @@ def prepare_task(transfer, weather, system, electric, sky):
         PvlibCurves(system) if plain else tabulate_power(system),
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         system.mounting_of(transfer.surfaces.kind),
-        find_lit_share(transfer),
+        find_lit_share(transfer, system),
         electric,
         sky,
     )

@@ -81,13 +81,16 @@ def share_without_room(transfer, system):
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 
-def find_lit_share(transfer):
+def find_lit_share(transfer, system):
     """Share of each surface that its light falls on, and by which the sums of power are multiplied: (n,).
 
     Modules on the open part of a surface get its light: the mean over the whole surface divided by this share. Modules
-    that are counted where it is covered are dark.
+    that are counted where it is covered, or has no room, are dark.
     """
-    return np.maximum(1.0 - np.asarray(transfer.covered_share, float), SMALLEST_LIT_SHARE)
+    covered, cramped = np.asarray(transfer.covered_share, float), share_without_room(transfer, system)
+    # Much of the light of a surface that is mostly without room is that in the gap before it.
+    dark = np.where(covered + cramped <= MOST_COVERED, covered + cramped, covered)
+    return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)
 
 
 def sum_left_out(transfer, system):

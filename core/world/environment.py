@@ -81,7 +81,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     member = groups.weight[rows].argmax(axis=1)
     order = np.argsort(member, kind="stable")
     rows, member = rows[order], member[order]
-    sky, lit = triangulate_sky(transfer.suns), find_lit_share(transfer)[rows]
+    sky, lit = triangulate_sky(transfer.suns), find_lit_share(transfer, system)[rows]
     block = take_block(
         transfer,
         rows,
