@@ -1,6 +1,7 @@
 """One place for the sun: distances, other longitudes, and what the command line says of the weather."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -37,6 +38,19 @@ def test_distance_is_that_of_the_ellipsoid():
     with pytest.raises(InputError, match=r"167 km.*--allow-distance 170"):
         check_distance(weather, site)
     check_distance(weather, site, 170.0)
+
+
+@pytest.mark.parametrize("degrees", [1.4, 1.9, -3.3, 20.0, -70.0])
+def test_the_distance_that_a_refusal_names_is_enough_and_ten_less_is_not(degrees):
+    weather = read_weather(TMY3, *BERLIN)
+    site = three_houses().site
+    weather.latitude, weather.longitude = site.latitude + degrees, site.longitude
+    with pytest.raises(InputError) as refusal:
+        check_distance(weather, site)
+    allowed = float(re.search(r"--allow-distance (\d+)", refusal.value.cure)[1])
+    check_distance(weather, site, allowed)
+    with pytest.raises(InputError):
+        check_distance(weather, site, allowed - 10)
 
 
 def test_suns_are_those_of_the_weathers_place():
