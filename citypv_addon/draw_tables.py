@@ -32,8 +32,8 @@ def draw_comparison(layout, city, seeing):
     column = layout.box().column(align=True)
     column.label(text="MWh per year: before → after, change")
     for one in tables["sums"]:
-        draw_change(column, one, SUMS[one["state"]])
-    buildings = sort_buildings(tables["buildings"], seeing)
+        _draw_change(column, one, SUMS[one["state"]])
+    buildings = _sort_buildings(tables["buildings"], seeing)
     pages = max(1, -(-len(buildings) // PAGE))
     page = min(seeing.page, pages)
     row = layout.row(align=True)
@@ -45,10 +45,10 @@ def draw_comparison(layout, city, seeing):
         row.label(text=f"of {pages}")
     column = layout.box().column(align=True)
     for one in buildings[(page - 1) * PAGE : page * PAGE]:
-        draw_change(column, one)
+        _draw_change(column, one)
 
 
-def draw_change(column, row, title=""):
+def _draw_change(column, row, title=""):
     """Show a row of a comparison: a building with its button, or a sum with its title; then what changes in it."""
     name, before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
@@ -65,7 +65,7 @@ def draw_change(column, row, title=""):
     draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
 
 
-def sort_buildings(rows, seeing):
+def _sort_buildings(rows, seeing):
     """Rows of buildings in the order that the panel asks for; without a value last."""
     last = -inf if seeing.sort_down else inf
     percent = [last if isnan(value) else value for value in map(percent_of, rows)]

@@ -40,7 +40,7 @@ PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
 BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object
 ORIGINAL = PREFIX + "original"  # digest of the shape in which it was made of a building of the files
 _known = {}  # (`session_uid`, place of its city) of objects -> digest, until they are edited
-_parts = {}  # `session_uid` of a city -> list of (key of `_known`, name, of `read_original`) of all that is seen of it
+_parts = {}  # `session_uid` of a city -> list of (key of `_known`, name, of `_read_original`) of all that is seen of it
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
 
 
@@ -73,17 +73,17 @@ def note_edits(city, *, own=True):
     # What was put beside it since it was imported or taken, and is not part of it.
     added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
     more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
-    note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
+    _note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
     if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
         return
     if own:
-        note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
+        _note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
         now, laid = describe_ground(city), city.get(GROUND)
-        note_change(city, RELAID, bool(now and laid and now not in laid))
-    seen, place = list_seen(city), place_of(city)
-    note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
+        _note_change(city, RELAID, bool(now and laid and now not in laid))
+    seen, place = list_seen(city), _place_of(city)
+    _note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
     if not any(item.instance_collection for item in seen):
-        _parts[city.session_uid] = [((i.session_uid, place), name, read_original(i, name)) for i, name in seen.items()]
+        _parts[city.session_uid] = [((i.session_uid, place), name, _read_original(i, name)) for i, name in seen.items()]
 
 
 def note_touched(city, touched):
@@ -106,18 +106,18 @@ def note_touched(city, touched):
     ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
     if parts is None or city in objects or ground in objects or any(item.mode == "EDIT" for item in objects):
         return False
-    place, keys = place_of(city), {key for key, *_ in parts}
+    place, keys = _place_of(city), {key for key, *_ in parts}
     for item in objects:
         if (item.session_uid, place) in keys:
             _known[item.session_uid, place] = describe_object(city, item)
     if not all(key in _known for key in keys):
         return False
     known = [(name, _known[key], original) for key, name, original in parts]
-    note_change(city, REDESIGNED, digest_parts(city, None, known) != city[DESIGN])
+    _note_change(city, REDESIGNED, _digest_parts(city, None, known) != city[DESIGN])
     return True
 
 
-def note_change(city, key, value):
+def _note_change(city, key, value):
     """Store on a city what was edited, where that is news; panels and legend tell it."""
     if value != city.get(key, type(value)()):
         city[key] = value
@@ -162,7 +162,7 @@ def describe_design(city, lineage=None, seen=None, *, known=None):
     known : dict, optional
         Digests of objects that were not edited since, of `describe_object`; gets the others.
     """
-    parts, place = [], place_of(city)
+    parts, place = [], _place_of(city)
     for item, name in (list_seen(city) if seen is None else seen).items():
         key = item.session_uid, place
         if known is None or item.instance_collection or key not in known:
@@ -171,22 +171,22 @@ def describe_design(city, lineage=None, seen=None, *, known=None):
             described = known[key]
         if known is not None:
             known[key] = described
-        parts.append((name, described, read_original(item, name)))
-    return digest_parts(city, lineage, parts)
+        parts.append((name, described, _read_original(item, name)))
+    return _digest_parts(city, lineage, parts)
 
 
-def place_of(city):
+def _place_of(city):
     """Place that its objects are described from: tuple; empty for a city of meshes."""
     return () if is_in_place(city) else tuple(city.location)
 
 
-def read_original(item, name):
+def _read_original(item, name):
     """Digest that an object had as a building of the files: str; "" if it is called otherwise, or none of them."""
     return item.get(ORIGINAL, "") if item.get(BUILDING) == name else ""
 
 
-def digest_parts(city, lineage, parts):
-    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of `read_original`): str."""
+def _digest_parts(city, lineage, parts):
+    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of `_read_original`): str."""
     digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
     originals = {name for name, described, original in parts if original and original == described.hex()}
     for name, described, _ in parts:

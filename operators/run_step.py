@@ -113,8 +113,8 @@ class Step:
     def execute(self, context):
         """Run the step and wait for it; where Blender repeats it (Shift R, F9), start it again in the background."""
         if (self.options.is_repeat or self.options.is_repeat_last) and not bpy.app.background:
-            chosen = {name: read_option(getattr(self, name)) for name in tuple(self.properties.keys())}
-            bpy.app.timers.register(functools.partial(begin_again, self.bl_idname, chosen), first_interval=0.0)
+            chosen = {name: _read_option(getattr(self, name)) for name in tuple(self.properties.keys())}
+            bpy.app.timers.register(functools.partial(_begin_again, self.bl_idname, chosen), first_interval=0.0)
             return {"CANCELLED"}
         try:
             with name_libraries():
@@ -155,7 +155,7 @@ class Step:
         context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
         redraw_panels(context)
         try:
-            with in_scene(context, self._scene):
+            with _in_scene(context, self._scene):
                 if is_held() and self.is_wanted(context):
                     self.refine(context)
                 else:
@@ -186,7 +186,7 @@ class Step:
             if error is not None:
                 raise error
             leave_edit_mode(context)
-            with in_scene(context, self._scene):
+            with _in_scene(context, self._scene):
                 told = self.finish(context, self._job.result)
             self.report({"WARNING" if self._job.cancelled else "INFO"}, told)
             return {"FINISHED"}
@@ -208,14 +208,14 @@ def leave_step(context):
     Step.current = Step.timer = None
 
 
-def read_option(value):
+def _read_option(value):
     """Value of an operator's property as `bpy.ops` takes it: collections as lists of dict."""
     if isinstance(value, bpy.types.bpy_prop_collection):
         return [{"name": item.name} for item in value]
     return value
 
 
-def begin_again(name, options):
+def _begin_again(name, options):
     """Start a step by the name of its type, CITYPV_OT_…, in the first window, with these options (a timer's call)."""
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         operator = getattr(bpy.ops.citypv, name.partition("_OT_")[2])
@@ -256,7 +256,7 @@ def in_panel_words(text):
     return re.sub(r"--[a-z][a-z-]*", lambda found: titles.get(found[0], found[0]), words)
 
 
-def in_scene(context, uid):
+def _in_scene(context, uid):
     """Context in which a step goes on in the scene that it was started in, whichever the window shows by now.
 
     Parameters

@@ -14,13 +14,13 @@ def describe_object(city, item):
     if not is_in_place(city):
         matrix[:3, 3] -= np.array(city.location)
     digest.update(matrix.tobytes())
-    digest.update(describe_shape(city, item))
+    digest.update(_describe_shape(city, item))
     for part in item.instance_collection.all_objects if item.instance_collection else ():
-        digest.update(np.array(part.matrix_world).tobytes() + describe_shape(city, part))
+        digest.update(np.array(part.matrix_world).tobytes() + _describe_shape(city, part))
     return digest.digest()
 
 
-def describe_shape(city, item):
+def _describe_shape(city, item):
     """Mesh of an object beside a city after the user's modifiers, wherever it stands: bytes."""
     if item.type != "MESH":
         return b""
@@ -38,7 +38,7 @@ def describe_mesh(city):
     """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the sun."""
     digest = hashlib.sha256()
     if not is_in_place(city):
-        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + describe_shape(city, city))
+        digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + _describe_shape(city, city))
     return digest.hexdigest()
 
 
@@ -48,4 +48,4 @@ def describe_ground(city):
     if ground is None or not ground.users_scene:
         return ""
     place = np.array(ground.matrix_basis).round(4)
-    return hashlib.sha256(place.tobytes() + describe_shape(city, ground)).hexdigest()
+    return hashlib.sha256(place.tobytes() + _describe_shape(city, ground)).hexdigest()

@@ -65,11 +65,11 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         found.put(("kinds", classified))
         session, *_ = classified
         if look:
-            seen = trace_and_weigh(session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found)
+            seen = _trace_and_weigh(session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found)
             if seen[0][1].transfer.record.interrupted:
                 raise CancelledError  # nothing of it is kept
             found.put((STAGE, seen))
-        return trace_and_weigh(session, request, progress, found)
+        return _trace_and_weigh(session, request, progress, found)
 
     def refine(self, context):
         """Show the next result, or the next round of the trace."""
@@ -110,7 +110,7 @@ def settings_of_look(request):
     return look if worth else None
 
 
-def trace_and_weigh(session, request, progress, found):
+def _trace_and_weigh(session, request, progress, found):
     """What `TraceCity.work` and `WeighEnergy.work` find of a session's scene; if cancelled, of the suns kept."""
     traced = TraceCity.work((session, request, [], found), progress)
     transfer = traced[1].transfer
@@ -155,7 +155,7 @@ class DropWeather(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DropSetting:
+class _DropSetting:
     """Base of operators that use a dropped file as a setting; the step that it belongs to shows that it is stale."""
 
     bl_options = {"REGISTER", "UNDO"}
@@ -172,28 +172,28 @@ class DropSetting:
         return {"FINISHED"}
 
 
-class DropTerrain(DropSetting, bpy.types.Operator):
+class DropTerrain(_DropSetting, bpy.types.Operator):
     """Use a file of heights as the ground of the city; Classify lays it"""
 
     bl_idname, bl_label = "citypv.drop_terrain", "Use terrain"
     settings = ("terrain", {"ground": "terrain"})
 
 
-class DropHorizon(DropSetting, bpy.types.Operator):
+class DropHorizon(_DropSetting, bpy.types.Operator):
     """Use a file of heights or angles as the distant horizon of the next trace"""
 
     bl_idname, bl_label = "citypv.drop_horizon", "Use horizon"
     settings = ("horizon", {})
 
 
-class DropAlbedo(DropSetting, bpy.types.Operator):
+class DropAlbedo(_DropSetting, bpy.types.Operator):
     """Use a table of albedos in the next trace"""
 
     bl_idname, bl_label = "citypv.drop_albedo", "Use albedo"
     settings = ("albedo_file", {"albedo_source": "file"})
 
 
-class OverView:
+class _OverView:
     """Base of what a file may be dropped on: a 3D view."""
 
     @classmethod
@@ -202,35 +202,35 @@ class OverView:
         return context.area is not None and context.area.type == "VIEW_3D"
 
 
-class CityHandler(OverView, bpy.types.FileHandler):
+class CityHandler(_OverView, bpy.types.FileHandler):
     """Dropping a city on a 3D view runs *Solar city*."""
 
     bl_idname, bl_label = "CITYPV_FH_city", "Solar city (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.solar_city", ";".join(DROPPED)
 
 
-class WeatherHandler(OverView, bpy.types.FileHandler):
+class WeatherHandler(_OverView, bpy.types.FileHandler):
     """Dropping a weather file on a 3D view uses it."""
 
     bl_idname, bl_label = "CITYPV_FH_weather", "Weather (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.drop_weather", ";".join(suffixes_of_weather())
 
 
-class TerrainHandler(OverView, bpy.types.FileHandler):
+class TerrainHandler(_OverView, bpy.types.FileHandler):
     """Dropping heights on a 3D view uses them as the ground of the city."""
 
     bl_idname, bl_label = "CITYPV_FH_terrain", "Terrain (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.drop_terrain", ".tif;.tiff;.asc"
 
 
-class HorizonHandler(OverView, bpy.types.FileHandler):
+class HorizonHandler(_OverView, bpy.types.FileHandler):
     """Dropping heights or angles on a 3D view uses them as the distant horizon."""
 
     bl_idname, bl_label = "CITYPV_FH_horizon", "Horizon (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.drop_horizon", ".tif;.tiff;.asc;.csv"
 
 
-class AlbedoHandler(OverView, bpy.types.FileHandler):
+class AlbedoHandler(_OverView, bpy.types.FileHandler):
     """Dropping a table on a 3D view uses it as the albedo of surfaces."""
 
     bl_idname, bl_label = "CITYPV_FH_albedo", "Albedo (CityPV)"

@@ -50,19 +50,19 @@ def measure_effects(inputs, progress=silent):
         With all effects as planned, under fewer suns.
     """
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
-    inputs = replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
+    inputs = _replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
     large = traced_patches(inputs.prepared).sum() > SMALL
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
     keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
-    others = {key: one for key in keys if (one := replan(inputs, key)).prepared.plan[key].on != plan[key].on}
+    others = {key: one for key in keys if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on}
     found = {key: [] for key in others}
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
-        planned = trace_light(inputs, samples, suns, pair)
+        planned = _trace_light(inputs, samples, suns, pair)
         for done, (key, other) in enumerate(others.items(), start=pair * len(others)):
             progress("switching effects", done, len(PAIRS) * len(others), "runs")
-            found[key].append((planned, trace_light(other, samples, suns, pair)))
+            found[key].append((planned, _trace_light(other, samples, suns, pair)))
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
@@ -72,7 +72,7 @@ def measure_effects(inputs, progress=silent):
     return planned[-1]
 
 
-def replan(inputs, key=None):
+def _replan(inputs, key=None):
     """A city with the plan of its request, in which one effect is switched: CityYear."""
     prepared, weather, request = inputs.prepared, inputs.weather, inputs.request
     if key is not None:
@@ -84,7 +84,7 @@ def replan(inputs, key=None):
     return inputs._replace(prepared=replace(prepared, plan=plan), request=request)
 
 
-def trace_light(inputs, samples, suns, pair):
+def _trace_light(inputs, samples, suns, pair):
     """Trace a city with so many rays from a patch, and the random numbers of one pair.
 
     Returns
@@ -139,7 +139,7 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     dict of str to float
         (with - without)/with, of the area-weighted full load hours; empty if no surface is eligible.
     """
-    rows, weight = draw_surfaces(transfer.surfaces)
+    rows, weight = _draw_surfaces(transfer.surfaces)
     few = take_rows(transfer, rows)
     if not len(rows):
         return {}
@@ -200,7 +200,7 @@ def state_shares(summary, found):
             effect["outcome"] = {"left_out": left_out, "holds": bool(left_out <= bound)}
 
 
-def draw_surfaces(surfaces):
+def _draw_surfaces(surfaces):
     """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and azimuth.
 
     Returns
@@ -229,8 +229,8 @@ def share_of_sky(transfer, weather, system, threads=None):
     largest : float
         The same of the kind and orientation where it is largest, without sign.
     """
-    rows, weight = draw_surfaces(transfer.surfaces)
-    few = with_sources(take_rows(transfer, rows))
+    rows, weight = _draw_surfaces(transfer.surfaces)
+    few = _with_sources(take_rows(transfer, rows))
     of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
     names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
@@ -240,9 +240,9 @@ def share_of_sky(transfer, weather, system, threads=None):
     return share, max(map(abs, of_groups))
 
 
-def with_sources(transfer):
+def _with_sources(transfer):
     """A Transfer, and its state without leaves, whose surfaces see as much of each source of light as of the sky."""
-    bare = transfer.bare and with_sources(transfer.bare)
+    bare = transfer.bare and _with_sources(transfer.bare)
     normal = np.asarray(transfer.surfaces.normal, float)
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
     views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}

@@ -48,12 +48,12 @@ class PilotRun:
 
     def predict_seconds(self, other):
         """Processor time of tracing another run [s]: float."""
-        parts = zip(self.seconds, work_of_run(other), work_of_run(self), strict=True)
+        parts = zip(self.seconds, _work_of_run(other), _work_of_run(self), strict=True)
         return sum(seconds * work / own for seconds, work, own in parts)
 
 
 @dataclass
-class Pilot:
+class _Pilot:
     """What the run showed."""
 
     run: PilotRun
@@ -87,7 +87,7 @@ def run_pilot(inputs, progress=silent):
     progress("pilot", 1, 1, "runs")
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
-    return Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
+    return _Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
 
 
 def trace_few(inputs, setting, suns, progress=silent, *, part=None):
@@ -143,7 +143,7 @@ def count_patches(patches, plan, rays, samples):
     return tuple(counts * rays / max(most, 1))
 
 
-def work_of_run(run):
+def _work_of_run(run):
     """What a run takes before its suns and with them, in units of a patch: two float."""
     counts, rays = np.array(run.counts), (run.samples, fewer_rays(run.samples))
     patches, points = 1 + counts.sum(), counts.sum() * run.shadow_samples

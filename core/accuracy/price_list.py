@@ -30,7 +30,7 @@ WRITING = 20e6  # [B/s] of tables and transfer.nc
 
 
 @dataclass
-class Price:
+class _Price:
     """One line of the list."""
 
     name: str
@@ -45,7 +45,7 @@ class Price:
 
 
 @dataclass
-class PriceList:
+class _PriceList:
     """What accuracy costs on a scene."""
 
     prices: list  # of Price: the presets first
@@ -173,7 +173,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         wall, processor, writing = city.predict_seconds(one, rounds)
         parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
         left = 100 * factor ** (bounces + 1) / (1 - factor)
-        return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
+        return _Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
     # A preset stands for the program's defaults where it names nothing.
     plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
@@ -185,7 +185,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     if request.patch_size:
         listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
-    return PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
+    return _PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
 
 
 def describe_prices(listed):

@@ -71,7 +71,7 @@ def refine(run, errors, goal, trace_round, tell):
             stop = NO_TIME if not size else "" if run.has_room(size) else NO_ROOM
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
-            tell(describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
+            tell(_describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
             told = started
         if stop:
             return run.transfer
@@ -139,7 +139,7 @@ def rounds_needed(errors, target):
     return bisect(lambda more: errors.at_share(more=more) - target, most / 2, most)
 
 
-def describe_round(errors, goal, each, record, stop):
+def _describe_round(errors, goal, each, record, stop):
     """Samples, rays per second, error and what remains, as a line of text."""
     rays = (record.hemisphere_rays or 0) + (record.shadow_rays or 0) + (record.rays or 0)
     speed = rays / max(sum(record.seconds.values()), 1e-9)

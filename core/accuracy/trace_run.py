@@ -27,7 +27,7 @@ MOST_KEPT = 4e9  # [bytes] of what the rays of several rounds met
 
 
 @dataclass
-class Run:
+class _Run:
     """A run to which rounds can be added."""
 
     scene: Scene
@@ -57,7 +57,7 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
     check_tracing(scene, suns, request)
     prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
     if request.estimator == "forward":
-        transfer, city = trace_photons(scene, suns, request, progress, folder, prepared=prepared), None
+        transfer, city = _trace_photons(scene, suns, request, progress, folder, prepared=prepared), None
     else:
         specular = specular_of(prepared)
         city = trace_light(prepared, suns, request, progress, folder, specular=specular)
@@ -65,10 +65,10 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
         city = city if prepared.rounds and not specular else None
     if transfer.record.interrupted:
         transfer = weigh_kept_suns(transfer, weather.axis)
-    return Run(scene, weather, request, prepared, transfer, city)
+    return _Run(scene, weather, request, prepared, transfer, city)
 
 
-def trace_photons(scene, suns, request, progress, folder, *, prepared):
+def _trace_photons(scene, suns, request, progress, folder, *, prepared):
     """Transfer by photons, in each state of the trees; parameters as of `trace_forward`.
 
     Raises

@@ -50,7 +50,7 @@ class YieldErrors:
 
     def at_share(self, more=1.0, without=(), share=SHARE):
         """Error [%] that this share of the area stays within; NaN if no surface counts."""
-        return quantile_by_area(self.relative(more, without), self.area, share)
+        return _quantile_by_area(self.relative(more, without), self.area, share)
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
@@ -58,7 +58,7 @@ class YieldErrors:
         return max(sums, key=sums.get) if any(sums.values()) else None
 
 
-def quantile_by_area(values, area, share):
+def _quantile_by_area(values, area, share):
     """Smallest value that a share of the area does not exceed; NaN without area or if a value is unknown."""
     if not len(values) or np.isnan(values).any():
         return np.nan
@@ -82,7 +82,7 @@ def split_errors(transfer, weather, energy):
     YieldErrors
     """
     hours, record = energy.full_load_hours, transfer.record
-    parts = variances_of_hours(transfer, weather, energy)
+    parts = _variances_of_hours(transfer, weather, energy)
     chosen, forward = find_lit(energy), record is not None and record.request.get("estimator") == "forward"
     return YieldErrors(
         {name: part[chosen] for name, part in parts.items()},
@@ -94,7 +94,7 @@ def split_errors(transfer, weather, energy):
     )
 
 
-def variances_of_hours(transfer, weather, energy):
+def _variances_of_hours(transfer, weather, energy):
     """Variances of the full load hours of all surfaces by source: dict of SOURCES to (n,) float64 [h²]."""
     errors = errors_of_energy(transfer, weather, energy)
     return {

@@ -52,7 +52,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         part_count=sum(content.part_count for content in contents),
         notes=[note for content in contents for note in content.notes],
     )
-    tell_buildings_apart(contents, report)
+    _tell_buildings_apart(contents, report)
     report.building_count = sum(len(content.buildings) for content in contents)
     met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods)
     report.lods_met = dict(sorted(met.items()))
@@ -89,7 +89,7 @@ def _join_colours(contents, report):
     return colours | dict.fromkeys(doubtful)
 
 
-def tell_buildings_apart(contents, report):
+def _tell_buildings_apart(contents, report):
     """Leave out a building that is identical, point by point, to an earlier one, as of a neighbouring tile; others of
     one name in a file get a number."""
     seen = set()

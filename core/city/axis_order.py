@@ -36,7 +36,7 @@ class PlaceHints:
 
 
 @dataclass(frozen=True)
-class AxisOrder:
+class _AxisOrder:
     """An order of axes, and what decides it."""
 
     axes: str  # 'xy' or 'yx'
@@ -73,13 +73,13 @@ def order_axes(middle, crs, hints, content=None):
     registered = registered_axes(plane)
     if hints.axes != "auto" or middle is None:
         given = hints.axes != "auto"
-        return AxisOrder(hints.axes if given else registered, "--axes" if given else "", registered)
+        return _AxisOrder(hints.axes if given else registered, "--axes" if given else "", registered)
     left = ORDERS
     for reason, left in _narrow(middle, (crs, plane, registered), hints, content):
         if len(left) == 1 and (reason != CLASSES or registered == "yx"):
-            return AxisOrder(left[0], reason, registered)
+            return _AxisOrder(left[0], reason, registered)
     # Surfaces inside out do not exchange axes that the registry has east first: their rings are turned instead.
-    return AxisOrder(registered, "", registered, registered == "yx" or list(left) == ["yx"])
+    return _AxisOrder(registered, "", registered, registered == "yx" or list(left) == ["yx"])
 
 
 def _narrow(middle, system, hints, content):

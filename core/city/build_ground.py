@@ -215,7 +215,7 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
     free = spread_points(foot_points[:, :2], feet.footprints, lattice)
-    free = interpolate_heights(foot_points, free, lattice)
+    free = _interpolate_heights(foot_points, free, lattice)
     report_share(SPREAD)
     triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
     vertices, triangles = triangulate_feet(lines, foot_points, edges, free, triangulate_part)
@@ -223,10 +223,10 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     report_share(TRIANGULATED)
     between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
-    return *sort_by_place(vertices, triangles), feet.hanging, lattice
+    return *_sort_by_place(vertices, triangles), feet.hanging, lattice
 
 
-def sort_by_place(vertices, triangles):
+def _sort_by_place(vertices, triangles):
     """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by these, each beginning
     with its first one."""
     vertices, triangles = drop_unused(vertices, triangles)
@@ -270,7 +270,7 @@ def cut_feet(feet, lines, longest):
     return places, unique_pairs(edges[edges[:, 0] != edges[:, 1]])
 
 
-def interpolate_heights(foot_points, free, lattice):
+def _interpolate_heights(foot_points, free, lattice):
     """Free places with heights between those of the feet, and out to a rim at the height of those next to it: (k, 3)
     float64 [m]."""
     low, high = lattice.low, lattice.high

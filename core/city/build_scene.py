@@ -99,7 +99,7 @@ def build_scene(
     surfaces = _describe(city, points, whole_area, options.sectors)
     shape = points, city.ring_start, city.polygon_start
     report_share(TRIANGULATED)
-    vertices, triangles, triangle_surface = cut_polygons(shape, patch_size)
+    vertices, triangles, triangle_surface = _cut_polygons(shape, patch_size)
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
         report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
@@ -183,7 +183,7 @@ def _note_sheets(scene):
         )
 
 
-def cut_polygons(shape, patch_size):
+def _cut_polygons(shape, patch_size):
     """Triangles of polygons, their edges no longer than the patch size.
 
     Polygons that share corners are cut together, since what one of them shares with another is cut for both.

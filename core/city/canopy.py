@@ -100,7 +100,7 @@ class Canopy:
         (states, c, r) bool
         """
         shape = ray_origins.shape[:2]
-        numbers = draw_numbers(ray_origins[:, 0], ray_directions[:, 0], shape[1]).reshape(-1)
+        numbers = _draw_numbers(ray_origins[:, 0], ray_directions[:, 0], shape[1]).reshape(-1)
         rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
         passed = self.transmittance(*rays, None if reach is None else reach.reshape(-1), numbers)
         return (passed[: self.states] < numbers).reshape(-1, *shape)
@@ -127,14 +127,14 @@ class Canopy:
         if len(row):
             passed = np.ones((2, len(row), position.shape[1]))
             pair, point = np.nonzero(shaded[row, sun])
-            numbers = draw_numbers(position[row, 0], directions[sun], position.shape[1])
+            numbers = _draw_numbers(position[row, 0], directions[sun], position.shape[1])
             rays = position[row[pair], point], directions[sun[pair]]
             passed[:, pair, point] = self.transmittance(*rays, least=numbers[pair, point])
             found[:, row, sun] &= passed[: self.states] >= numbers
         return found
 
 
-def draw_numbers(ray_origins, ray_directions, count):
+def _draw_numbers(ray_origins, ray_directions, count):
     """Numbers in (0, 1], evenly spread in each row and shifted by chance: (n, count) float64.
 
     The chance follows from one ray of each row, (n, 3), so that it does not depend on the order of rows.

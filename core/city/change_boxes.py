@@ -38,8 +38,8 @@ def boxes_around(corners, side=10.0):
     boxes = np.stack([low, high], axis=1)
     # Rays meet a box in proportion to its surface: two are joined where that of both is no smaller, or many are left.
     while len(boxes) > 1:
-        joint = surface_of(np.maximum(boxes[:, None, 1], boxes[:, 1]) - np.minimum(boxes[:, None, 0], boxes[:, 0]))
-        own = surface_of(boxes[:, 1] - boxes[:, 0])
+        joint = _surface_of(np.maximum(boxes[:, None, 1], boxes[:, 1]) - np.minimum(boxes[:, None, 0], boxes[:, 0]))
+        own = _surface_of(boxes[:, 1] - boxes[:, 0])
         more = joint - own - own[:, None]
         np.fill_diagonal(more, np.inf)
         one, other = np.unravel_index(more.argmin(), more.shape)
@@ -50,7 +50,7 @@ def boxes_around(corners, side=10.0):
     return boxes
 
 
-def surface_of(sides):
+def _surface_of(sides):
     """Half of the surface of boxes, from their sides, (..., 3) [m]."""
     x, y, z = np.moveaxis(sides, -1, 0)
     return x * y + y * z + z * x

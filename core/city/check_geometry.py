@@ -58,10 +58,10 @@ def check_city(city):
         if rows is not None and len(rows) != count + more:
             cure = "give one more than surfaces" if more else "give one for each"
             raise InputError(name, f"{len(rows)} rows for {count} surfaces", cure)
-    check_rings(*city.shape, lambda point: surface_of_point(city, point))
+    check_rings(*city.shape, lambda point: _surface_of_point(city, point))
 
 
-def surface_of_point(city, point):
+def _surface_of_point(city, point):
     """Id of the surface that a point belongs to."""
     ring = np.searchsorted(city.ring_start, point, side="right") - 1
     return city.surface_id[int(np.searchsorted(city.polygon_start, ring, side="right")) - 1]
@@ -113,7 +113,7 @@ def check_extent(city):
     if span > WIDEST:
         away = np.abs(city.points - np.median(city.points, axis=0)).max(axis=1)
         furthest = int(away.argmax())
-        name = surface_of_point(city, furthest)
+        name = _surface_of_point(city, furthest)
         problem = f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away from the middle"
         raise InputError(source, problem, "check its coordinates, or remove it")
 

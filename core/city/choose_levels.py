@@ -30,7 +30,7 @@ def rank_lod(lod):
     return {"2": 4, "3": 3, "1": 2, "4": 1}.get(whole, 0), int(part or 0)
 
 
-def list_levels(lods, wanted=None):
+def _list_levels(lods, wanted=None):
     """Levels of detail that may be taken, the preferred one first.
 
     Parameters
@@ -59,7 +59,7 @@ def choose_levels(contents, wanted, report):
     contents : list of FileContent
         Points in metres, z up. `lods` of the polygons that are kept become the one that was taken.
     wanted : str or None
-        As of `list_levels`.
+        As of `_list_levels`.
     report : ImportReport
         What was taken and left out is added.
 
@@ -95,7 +95,7 @@ def _choose_in_file(content, wanted, report, passed_over):
     bodies = {building for building, _ in units}
     for unit in [unit for unit in installed if unit[0] not in bodies]:
         units[unit] = installed.pop(unit)
-    levels = {unit: list_levels(_lods_of(polygons), wanted) for unit, polygons in units.items()}
+    levels = {unit: _list_levels(_lods_of(polygons), wanted) for unit, polygons in units.items()}
     taken = {unit: some[0] for unit, some in levels.items() if some}
     several = {unit: _measure_levels(units[unit], some) for unit, some in levels.items() if len(some) > 1}
     for unit, measured in several.items():
@@ -147,7 +147,7 @@ def _follow(level, polygons, wanted):
     lods = _lods_of(polygons)
     if level in lods:
         return level
-    same = [lod for lod in list_levels(lods, wanted) if level and lod.split(".")[0] == level.split(".")[0]]
+    same = [lod for lod in _list_levels(lods, wanted) if level and lod.split(".")[0] == level.split(".")[0]]
     return same[0] if same else None
 
 

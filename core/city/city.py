@@ -104,12 +104,12 @@ def take_polygons(city, kept):
     """Some polygons of a city, (n,) bool: City."""
     if np.all(kept):
         return city
-    points, ring_start, polygon_start = take_shape(*city.shape, kept)
+    points, ring_start, polygon_start = _take_shape(*city.shape, kept)
     shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
     return replace(city, **shape, **take_rows(city, np.flatnonzero(kept)))
 
 
-def take_shape(points, ring_start, polygon_start, kept):
+def _take_shape(points, ring_start, polygon_start, kept):
     """Points and starts of rings and of polygons, of some polygons, (n,) bool."""
     rings = np.repeat(kept, np.diff(polygon_start))
     points = points[np.repeat(rings, np.diff(ring_start))]

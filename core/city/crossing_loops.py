@@ -63,12 +63,12 @@ def build_hierarchy(corners, body):
         nodes += 2 * int((~done).sum())
         order, first = order[np.repeat(~done, size)], (np.cumsum(size[~done]) - size[~done])
         several = several[~done]
-        order, cut = halve_nodes(order, first, several, (middle, centre, body))
+        order, cut = _halve_nodes(order, first, several, (middle, centre, body))
         first, whole = np.stack([first, cut], axis=1).ravel(), np.repeat(several, 2)
     return np.concatenate(boxes), np.concatenate(links), np.concatenate(leaves)
 
 
-def halve_nodes(order, first, several, scene):
+def _halve_nodes(order, first, several, scene):
     """Triangles of the nodes of a level in two halves each, and where the second halves begin.
 
     Parameters
@@ -132,7 +132,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
     added = np.empty(LEAF)
     for ray in range(depth.shape[1]):
-        axes = prepare_ray(directions[ray], inverse, shear)
+        axes = _prepare_ray(directions[ray], inverse, shear)
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
         total, least, count = 0.0, 0.0, 1
         waiting[0] = 0
@@ -142,7 +142,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
             first, size, whole = links[node, 0], links[node, 1], links[node, 2]
             if whole and least > enough[ray]:
                 break
-            near = enter_box(boxes, node, (x, y, z), inverse)
+            near = _enter_box(boxes, node, (x, y, z), inverse)
             if near == np.inf or (whole and near > reach[ray]):
                 continue
             if size == 0:
@@ -150,7 +150,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
                 count += 2
                 continue
             own = per_metre[first], per_crossing[first]
-            cross_leaf(corners[first], own, ((x, y, z), axes, shear, reach[ray]), added)
+            _cross_leaf(corners[first], own, ((x, y, z), axes, shear, reach[ray]), added)
             of_leaf = 0.0
             for triangle in range(size):
                 of_leaf += added[triangle]
@@ -160,7 +160,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
 
 
 @njit(nogil=True, cache=True)
-def prepare_ray(direction, inverse, shear):
+def _prepare_ray(direction, inverse, shear):
     """Write the inverse of a direction and its shear; axes in the order in which the last one is the longest."""
     last = 0
     for axis in range(3):
@@ -174,7 +174,7 @@ def prepare_ray(direction, inverse, shear):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def enter_box(boxes, node, origin, inverse):
+def _enter_box(boxes, node, origin, inverse):
     """Distance at which a ray enters the box of a node, 0 from inside; infinite if the box is not ahead of it."""
     near, far = 0.0, np.inf
     for axis in range(3):
@@ -188,7 +188,7 @@ def enter_box(boxes, node, origin, inverse):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def cross_leaf(corners, costs, ray, added):
+def _cross_leaf(corners, costs, ray, added):
     """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where the ray leaves a
     crown, less that up to those where it enters one, and per crossing. Without branches: all are tested together.
     """

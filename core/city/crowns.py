@@ -26,11 +26,11 @@ def volume_of_crowns(crowns):
     """Volume inside each crown: (k,) float64 [m³]."""
     leaves = crowns.triangles[~crowns.trunk]
     middle = crowns.vertices.mean(axis=0)
-    return np.bincount(crowns.tree[~crowns.trunk], volumes_below(crowns.vertices - middle, leaves), len(crowns))
+    return np.bincount(crowns.tree[~crowns.trunk], _volumes_below(crowns.vertices - middle, leaves), len(crowns))
 
 
 @dataclass
-class TreeShape:
+class _TreeShape:
     """Triangles of one tree."""
 
     vertices: np.ndarray  # (v, 3) float64 [m]
@@ -60,7 +60,7 @@ def build_crowns(trees, report, move):
     Crowns or None
         None without trees, or where all of them are left out.
     """
-    built = [(tree, build_tree(tree, report)) for tree in trees]
+    built = [(tree, _build_tree(tree, report)) for tree in trees]
     trees, parts = [tree for tree, part in built if part], [part for _, part in built if part]
     if not parts:
         return None
@@ -78,24 +78,24 @@ def build_crowns(trees, report, move):
     )
 
 
-def build_tree(tree, report):
+def _build_tree(tree, report):
     """Triangles of one tree: TreeShape, or None if it is left out, as the report then says."""
     if tree.polygons:
-        vertices, triangles = triangles_of(tree.polygons)
-        if tree.cover and tree.height is None and is_area(vertices, triangles):
+        vertices, triangles = _triangles_of(tree.polygons)
+        if tree.cover and tree.height is None and _is_area(vertices, triangles):
             report.skip(AREA, [tree.name])
             return None
-        part = build_shape(tree, vertices, triangles, report)
+        part = _build_shape(tree, vertices, triangles, report)
         if part is not None:
             return part
     if tree.cover or tree.place is None or tree.height is None:
         lacks = "height" if tree.height is None else "place"
         report.skip(f"vegetation without a shape that has a volume, and without a {lacks}", [tree.name])
         return None
-    return build_ellipsoid(tree, report)
+    return _build_ellipsoid(tree, report)
 
 
-def build_ellipsoid(tree, report):
+def _build_ellipsoid(tree, report):
     """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk below its middle."""
     width, base = tree.crown_diameter, CROWN_BASE * tree.height
     if width is None:
@@ -109,32 +109,32 @@ def build_ellipsoid(tree, report):
         trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
         triangles = np.concatenate([triangles, trunk[1] + len(vertices)])
         vertices = np.concatenate([vertices, trunk[0]])
-    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
+    return _TreeShape(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
 
 
-def build_shape(tree, vertices, triangles, report):
+def _build_shape(tree, vertices, triangles, report):
     """A tree from its triangles: TreeShape, or None if they enclose nothing."""
     if not len(triangles):
         return None
-    trunk = find_trunk(vertices, triangles, tree.trunk_diameter)
-    size = volumes_below(vertices - vertices.mean(axis=0), triangles).sum() if is_closed(triangles) else 0.0
+    trunk = _find_trunk(vertices, triangles, tree.trunk_diameter)
+    size = _volumes_below(vertices - vertices.mean(axis=0), triangles).sum() if _is_closed(triangles) else 0.0
     if size:
         crown = triangles if size > 0 else triangles[:, ::-1]
     elif tree.cover and tree.height is not None:  # a body of plants over an area
         upwards = normals_of(vertices, triangles)[:, 2]
         level = np.where(upwards[:, None] < 0, triangles[:, ::-1], triangles)[np.abs(upwards) > 0]
         points, body = extrude(vertices, level, tree.height)
-        return TreeShape(points, body, np.zeros(len(body), bool))
+        return _TreeShape(points, body, np.zeros(len(body), bool))
     else:
-        crown = hull_of(vertices, triangles[~trunk] if not trunk.all() else triangles)
+        crown = _hull_of(vertices, triangles[~trunk] if not trunk.all() else triangles)
         if crown is None:
             return None
         report.repair("crown that is not closed, replaced by its convex hull", [tree.name])
     triangles = np.concatenate([crown, triangles[trunk]])
-    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= len(crown))
+    return _TreeShape(vertices, triangles, np.arange(len(triangles)) >= len(crown))
 
 
-def triangles_of(polygons):
+def _triangles_of(polygons):
     """Triangles of polygons with merged corners: (v, 3) float64 and (t, 3) int64."""
     rings, counts = [], []
     for polygon in polygons:
@@ -151,18 +151,18 @@ def triangles_of(polygons):
     return points, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
-def is_closed(triangles):
+def _is_closed(triangles):
     """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once in each sense."""
     start, end = edges_of(triangles).T
     count = triangles.max() + 1
     return bool((np.sort(start * count + end) == np.sort(end * count + start)).all())
 
 
-def is_area(vertices, triangles):
+def _is_area(vertices, triangles):
     """Whether plants are drawn as a piece of the ground: no face above another, and hardly any walls around it."""
-    steep = is_steep(vertices, triangles)
+    steep = _is_steep(vertices, triangles)
     level = triangles[~steep]
-    if not len(level) or is_closed(triangles):
+    if not len(level) or _is_closed(triangles):
         return False
     edges, uses = np.unique(np.sort(edges_of(level), axis=1), axis=0, return_counts=True)
     outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
@@ -171,7 +171,7 @@ def is_area(vertices, triangles):
     return walls < WALLS * outline and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
 
 
-def find_trunk(vertices, triangles, diameter):
+def _find_trunk(vertices, triangles, diameter):
     """Faces of the trunk, (t,) bool: near the axis through the foot, and below all that is wider.
 
     Its mantle is steep: a round crown without a trunk has faces around its lowest point, too, but level ones.
@@ -182,23 +182,23 @@ def find_trunk(vertices, triangles, diameter):
     farthest = np.linalg.norm(vertices[:, :2] - foot[:2], axis=1)[triangles].max(axis=1)
     base = vertices[triangles[farthest > radius], 2].min(initial=np.inf)
     low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
-    width = farthest[low_down & is_steep(vertices, triangles)].max(initial=0.0)
+    width = farthest[low_down & _is_steep(vertices, triangles)].max(initial=0.0)
     return low_down & (farthest <= width)
 
 
-def is_steep(vertices, triangles):
+def _is_steep(vertices, triangles):
     """Whether triangles are steeper than STEEP: (t,) bool."""
     normal = normals_of(vertices, triangles)
     return np.abs(normal[:, 2]) < np.cos(np.radians(STEEP)) * np.linalg.norm(normal, axis=1)
 
 
-def volumes_below(vertices, triangles):
+def _volumes_below(vertices, triangles):
     """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to its own."""
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
 
 
-def hull_of(vertices, triangles):
+def _hull_of(vertices, triangles):
     """Convex hull of the corners of triangles: (t, 3) int facing outwards, or None if it is flat."""
     used = np.unique(triangles)
     points = vertices[used]
@@ -233,7 +233,7 @@ def unit_sphere(subdivisions=SUBDIVISIONS):
         triangles = np.concatenate([np.column_stack(part) for part in parts])
         vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
         vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-    return vertices * (4 / 3 * np.pi / volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
+    return vertices * (4 / 3 * np.pi / _volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
 
 
 def cylinder(foot, radius, height):

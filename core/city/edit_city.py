@@ -54,7 +54,7 @@ def edit_city(city, change, convergence=0.0):
     polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
     for name, rise in change.raised.items():
         rows = np.flatnonzero(buildings[polygon] == name)
-        above = above_foot(city, points, rows)
+        above = _above_foot(city, points, rows)
         least = _height_above_foot(points, above, np.setdiff1d(rows, above))
         if rise <= -least:
             problem = f"{name} has corners {least:g} m above its foot: {rise:g} m would turn it inside out"
@@ -64,7 +64,7 @@ def edit_city(city, change, convergence=0.0):
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)
         points[buildings[polygon] == name] += shifts[name]
-    moved = [move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree for tree in city.trees]
+    moved = [_move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree for tree in city.trees]
     left = replace(city, points=points, trees=[tree for tree in moved if tree.name not in change.removed])
     left = take_polygons(left, ~np.isin(buildings, list(change.removed)))
     for other in change.added:
@@ -74,7 +74,7 @@ def edit_city(city, change, convergence=0.0):
     return left
 
 
-def above_foot(city, points, rows):
+def _above_foot(city, points, rows):
     """Those of the points of a building, (k,) int, that are not of its foot: where a GroundSurface has a point at the
     same place, or, without any, its lowest points."""
     thematic = np.repeat(city.thematic, np.diff(city.ring_start[city.polygon_start]))[rows]
@@ -114,11 +114,11 @@ def system_of(city):
 def place_local(city, site, crs, axes="xy", plane=None):
     """A city in metres from a site's origin, true east and north, in the system of its files: City."""
     move = partial(bring_to_grid, site=site)
-    trees = [move_tree(tree, move) for tree in city.trees]
+    trees = [_move_tree(tree, move) for tree in city.trees]
     return replace(city, points=move(city.points), trees=trees, crs=crs, axes=axes, plane=plane)
 
 
-def move_tree(tree, move):
+def _move_tree(tree, move):
     """A tree whose points are moved by a function."""
     tree = copy.deepcopy(tree)
     tree.place = None if tree.place is None else move(tree.place)
@@ -144,14 +144,14 @@ def join_cities(one, other):
         if getattr(one, name) is not None or getattr(other, name) is not None
     }
     for name in ("surface_id", "building_id"):
-        lists[name][len(one) :] = rename(lists[name][len(one) :], lists[name][: len(one)])
-    names = rename([tree.name for tree in other.trees], [tree.name for tree in one.trees])
+        lists[name][len(one) :] = _rename(lists[name][len(one) :], lists[name][: len(one)])
+    names = _rename([tree.name for tree in other.trees], [tree.name for tree in one.trees])
     added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
     trees, shape = [*one.trees, *added], append_shape(one, *other.shape)
     return replace(one, colours=other.colours | one.colours, trees=trees, **shape, **lists)
 
 
-def rename(names, taken):
+def _rename(names, taken):
     """Names with a free number behind those that are taken: list of str."""
     taken = dict.fromkeys(taken, 1)
     found = {name: free_name(name, taken) for name in dict.fromkeys(names)}

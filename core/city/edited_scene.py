@@ -33,7 +33,7 @@ NEAR = 0.5  # [m] around a change in which faces that stay are judged again, or 
 
 
 @dataclass
-class SceneChange:
+class _SceneChange:
     """What an edit changes of a scene, whose triangles and surfaces keep their numbers."""
 
     scene: Scene  # edited; triangles that are gone have no area
@@ -69,7 +69,7 @@ def edit_scene(scene, rows, before, after, request):
     """
     if not _same_terrain(before.terrain, after.terrain):
         raise InputError("the edited city", "stands on another terrain than its base", "trace it by citypv simulate")
-    kept = match_polygons(before, after)
+    kept = _match_polygons(before, after)
     new = np.flatnonzero(kept < 0)
     names, surface_id = _rows_by_polygon(scene.surfaces.surface_id, rows), before.surface_id
     lost = np.setdiff1d(np.arange(len(before)), kept[kept >= 0])
@@ -106,7 +106,7 @@ def edit_scene(scene, rows, before, after, request):
     edited.surfaces.area[dead] = 0.0
     boxes = boxes_around(np.concatenate([solids, crowns]))
     near = touch_boxes(edited, boxes, within)
-    return SceneChange(edited, order, np.unique(gone), first, solids, crowns, near, boxes)
+    return _SceneChange(edited, order, np.unique(gone), first, solids, crowns, near, boxes)
 
 
 def _same_terrain(one, other):
@@ -119,7 +119,7 @@ def _same_terrain(one, other):
     )
 
 
-def hash_polygons(points, ring_start, polygon_start):
+def _hash_polygons(points, ring_start, polygon_start):
     """A number of 64 bits for each polygon, which tells its points and rings: (n,) uint64."""
     words = mix(_place_in_run(ring_start))
     for column in np.ascontiguousarray(points).view(np.uint64).T:
@@ -133,11 +133,11 @@ def _place_in_run(start):
     return (np.arange(1, start[-1] + 1) - np.repeat(start[:-1], np.diff(start))).astype(np.uint64)
 
 
-def match_polygons(before, after):
+def _match_polygons(before, after):
     """Row before the edit of each polygon with the same name, building, class and points: (n,) int; -1: it is new."""
     number = {name: row for row, name in enumerate(before.surface_id)}
     place = np.array([number.get(name, -1) for name in after.surface_id], int)
-    drawn = [hash_polygons(*one.shape) for one in (before, after)]
+    drawn = [_hash_polygons(*one.shape) for one in (before, after)]
     place[drawn[0][place] != drawn[1]] = -1
     for name in ("building_id", "thematic"):
         old, own = (np.array(getattr(one, name), object) for one in (before, after))

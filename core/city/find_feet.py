@@ -26,7 +26,7 @@ INSIDE = (
 
 
 @dataclass
-class Feet:
+class _Feet:
     """Edges along which a city meets the ground."""
 
     start: np.ndarray  # (e, 3) float64 [m]
@@ -53,7 +53,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     surfaces : Surfaces
     footprint : array, (n,) bool
     ground_height : callable, optional
-        Of ground that is known before any is laid, as of `find_floating`.
+        Of ground that is known before any is laid, as of `_find_floating`.
 
     Returns
     -------
@@ -76,10 +76,10 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
     building_of = number_names(city.building_id)
     building = building_of[polygon_of_point]
-    height, thin = measure_objects(building, points)
+    height, thin = _measure_objects(building, points)
     if ground_height is not None:
         middle = 0.5 * (start[edge] + end[edge])
-        edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
+        edge = edge[~_find_floating(building[edge], middle, (height, thin), ground_height)]
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
     may_stand_high = low <= lowest[building_of] + HALF_STOREY
@@ -101,7 +101,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     # The inside of a footprint is to the left of its edges, seen from its front.
     aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
     outward = np.where(footprint[polygon, None], aside, normal[:, :2])
-    return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
+    return _Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
 
 
 def _hang_between_walls(shapes, low, building, lines, top):
@@ -158,7 +158,7 @@ GENTLE = 0.1  # [m/m] thin things are not taken for a sign of steeper ground
 MISMATCH = 3.0  # [m] if half of the buildings stand further above the ground, its zero level is another
 
 
-def measure_objects(building, points):
+def _measure_objects(building, points):
     """Height of each building, and whether it is thin.
 
     Parameters
@@ -184,7 +184,7 @@ def measure_objects(building, points):
     return height, np.minimum(height, width) < THIN
 
 
-def find_floating(building, middles, objects, ground_height):
+def _find_floating(building, middles, objects, ground_height):
     """Lower edges of buildings that hang in the air as a whole above ground that is known.
 
     A building floats where none of its lower edges comes nearer to the ground than its own height or a storey,
@@ -197,7 +197,7 @@ def find_floating(building, middles, objects, ground_height):
     middles : (e, 3) float64 [m]
         Of the edges.
     objects : tuple of (b,) float64 [m] and (b,) bool
-        Of `measure_objects`.
+        Of `_measure_objects`.
     ground_height : callable
         Takes places, (e, 3) float64 [m], and whether each belongs to a thin thing, (e,) bool, to heights of what lies
         below, (e,) float64 [m]: the ground, or for a thin thing anything that faces up; NaN where nothing is known.

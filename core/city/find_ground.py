@@ -74,12 +74,12 @@ def find_ground(scene):
             if mixed:
                 chosen = find_yards(vertices, triangles, np.where(np.append(alone, True)[sheet], -1, sheet), chosen)
             others = vertices[triangles[own & ~chosen]]
-            if carries_most(vertices, triangles[chosen], others, steep=mixed):
+            if _carries_most(vertices, triangles[chosen], others, steep=mixed):
                 ground |= chosen
     return ground
 
 
-def carries_most(vertices, sheet, corners, *, steep=False):
+def _carries_most(vertices, sheet, corners, *, steep=False):
     """Whether most of the area of some faces has a mesh straight below the place before its middle.
 
     Parameters

@@ -37,7 +37,7 @@ AT_ONCE = 1 << 16  # triangles that are measured together, so that they need lit
 
 
 @dataclass
-class Faces:
+class _Faces:
     """Triangles and the tracer that finds them."""
 
     ray_scene: RayScene
@@ -101,15 +101,15 @@ def judge_faces(faces, rows, sheet, report_share):
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
     rows = rows[mean(rows, faces.width[rows]) >= SLIVER]
-    backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
+    backs, _ = _follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
     rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
-    rows = rows[mean(rows, look_straight(faces, rows, -1, CLADDING)) < 0.5]
+    rows = rows[mean(rows, _look_straight(faces, rows, -1, CLADDING)) < 0.5]
     begin = AFTER_FEW
     for rays, least in ((SOME, 1e-9), (MANY, ESCAPING)):
         backs = []
         for side in (-1, 1):
             tell = partial(report_part, report_share, begin, begin + EACH)
-            found, sky = follow_rays(faces, rows, side, rays, report_share=tell)
+            found, sky = _follow_rays(faces, rows, side, rays, report_share=tell)
             kept = mean(rows, sky / rays) >= least
             rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
             begin += EACH
@@ -123,7 +123,7 @@ def judge_faces(faces, rows, sheet, report_share):
         rows, inside = rows[~found], inside[:, ~found]
         for side, doubtful in zip((-1, 1), inside, strict=True):
             some = rows[doubtful]
-            backs, _ = follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
+            backs, _ = _follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
             doubtful[doubtful] = mean(some, backs / MANY) >= ENCLOSED
 
 
@@ -145,10 +145,10 @@ def faces_of_scene(scene):
         offset[some] = SPACINGS * np.finfo(np.float32).eps * reach
     ray_scene = RayScene(vertices, scene.triangles)
     kept = scene.footprint, scene.triangle_surface
-    return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
+    return _Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
 
 
-def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=silent):
+def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=silent):
     """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
 
     Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index, and
@@ -182,14 +182,14 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share
     threads = usable_threads()
     step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
     tasks, found = [rows[first : first + step] for first in range(0, len(rows), step)], [np.zeros((2, 0), np.int64)]
-    for part in map_in_order(lambda some: follow_some(faces, some, side, rays, sheet), tasks, threads):
+    for part in map_in_order(lambda some: _follow_some(faces, some, side, rays, sheet), tasks, threads):
         found.append(part)
         report_share((len(found) - 1) / len(tasks))
     return np.concatenate(found, axis=1)
 
 
-def follow_some(faces, rows, side, rays, sheet):
-    """What `follow_rays` returns, of some triangles.
+def _follow_some(faces, rows, side, rays, sheet):
+    """What `_follow_rays` returns, of some triangles.
 
     `rays` are the same for all: barycentric weights of where they start, (2, n), and unit vectors in the frames of the
     triangle and of each face that they hit, (hops, 3, n), all float32.
@@ -199,7 +199,7 @@ def follow_some(faces, rows, side, rays, sheet):
     owner, number = np.divmod(np.arange(len(rows) * count), count)
     met, sides, weights = rows[owner], np.full(len(owner), float(side)), weights[:, number]
     for hop, towards in enumerate(local):
-        origins, directions = leave_faces(faces, met, weights, sides, towards[:, number])
+        origins, directions = _leave_faces(faces, met, weights, sides, towards[:, number])
         hit, *weights = faces.ray_scene.trace_places(origins, directions)
         along = (faces.normal[hit] * directions).sum(axis=1)  # positive at backs
         if hop == 0:
@@ -215,18 +215,18 @@ def follow_some(faces, rows, side, rays, sheet):
     return backs, sky
 
 
-def leave_faces(faces, rows, weights, sides, local):
+def _leave_faces(faces, rows, weights, sides, local):
     """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or the other."""
     weights, local = (tuple(np.asarray(part, float) for part in parts) for parts in (weights, local))
     rays = np.empty((2, 3, len(rows)), np.float32)
     shapes = faces.vertices, faces.triangles, faces.along, faces.normal, faces.offset
-    write_rays(shapes, (np.asarray(rows, np.int32), *weights, np.asarray(sides, float)), local, rays)
+    _write_rays(shapes, (np.asarray(rows, np.int32), *weights, np.asarray(sides, float)), local, rays)
     return rays[0].T, rays[1].T
 
 
 @njit(nogil=True, cache=True)
-def write_rays(shapes, places, local, rays):
-    """Write origins and directions, (2, 3, m) float32, for `leave_faces`.
+def _write_rays(shapes, places, local, rays):
+    """Write origins and directions, (2, 3, m) float32, for `_leave_faces`.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def write_rays(shapes, places, local, rays):
             rays[1, axis, ray] = x[ray] * along[face, axis] + y[ray] * across + z[ray] * up
 
 
-def look_straight(faces, rows, side, reach):
+def _look_straight(faces, rows, side, reach):
     """Share of the points of each triangle with a front straight ahead of one of its sides, within `reach`.
 
     Parameters
@@ -272,7 +272,7 @@ def look_straight(faces, rows, side, reach):
         owner = np.repeat(rows[first : first + step], PERPENDICULAR)
         weights = barycentric_of_square(*np.tile(points.T, len(owner) // PERPENDICULAR))
         ahead = np.zeros(len(owner)), np.zeros(len(owner)), np.ones(len(owner))
-        origins, directions = leave_faces(faces, owner, weights, np.full(len(owner), float(side)), ahead)
+        origins, directions = _leave_faces(faces, owner, weights, np.full(len(owner), float(side)), ahead)
         seen = look(faces.vertices, faces.triangles, origins, directions, ray_scene=faces.ray_scene)
         near = seen.front & (seen.distance < reach)
         found[first : first + step] = near.reshape(-1, PERPENDICULAR).mean(axis=1)

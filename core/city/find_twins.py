@@ -37,10 +37,10 @@ def find_twins(shape, area, normal, wanted):
     order = np.lexsort((np.arange(len(area)), -area))
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
-    pairs = find_parallel_pairs(shape, normal, wanted)
+    pairs = _find_parallel_pairs(shape, normal, wanted)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
     slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
-    common, ahead = np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
+    common, ahead = np.concatenate([_measure_overlaps(shape, normal, some) for some in slices], axis=1)
     hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
     found = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
@@ -55,7 +55,7 @@ def find_twins(shape, area, normal, wanted):
     return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
 
 
-def find_parallel_pairs(shape, normal, wanted):
+def _find_parallel_pairs(shape, normal, wanted):
     """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one plane: (k, 2) int64."""
     points, ring_start, polygon_start = shape
     low, high = polygon_bounds(points, ring_start, polygon_start)
@@ -80,7 +80,7 @@ def find_parallel_pairs(shape, normal, wanted):
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-def measure_overlaps(shape, normal, pairs):
+def _measure_overlaps(shape, normal, pairs):
     """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean distance [m] of the
     first in front of the second there, both (k,)."""
     points, ring_start, polygon_start = shape

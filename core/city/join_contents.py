@@ -49,10 +49,10 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
     for content in contents:
-        read_system(content)
+        _read_system(content)
     hints = hints or PlaceHints()
     crs = _common_crs(contents, hints.like)
-    join_trees(contents)
+    _join_trees(contents)
     grid = Grid()
     if unit == "auto":
         unit, notes = judge_unit(contents) if crs is None else ("m", [])
@@ -75,7 +75,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     return replace(city, trees=trees, axes=grid.axes, plane=grid.plane)
 
 
-def read_system(content):
+def _read_system(content):
     """Find the coordinate reference system of a file among the names in it, and note the ones that are not known."""
     drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
     places = (polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0]))
@@ -118,7 +118,7 @@ def _choose_grid(contents, crs, like):
     contents[0].notes += [note] if note else []
     if grid.plane is not None and plane_of(grid.plane)[0].name == LOCAL:
         for content in contents:
-            leave_out_implicit(content)
+            _leave_out_implicit(content)
     return grid
 
 
@@ -164,7 +164,7 @@ def _leave_out_strays(city, trees):
     return [tree for tree, known in zip(trees, near, strict=True) if known]
 
 
-def join_trees(contents):
+def _join_trees(contents):
     """Leave out trees that an earlier file has, too: neighbouring tiles may hold the same one."""
     seen = set()
     for content in contents:
@@ -179,7 +179,7 @@ def join_trees(contents):
             content.trees.append(tree)
 
 
-def leave_out_implicit(content):
+def _leave_out_implicit(content):
     """Leave out implicit geometry: its metres cannot be added to a reference point in another unit or scale."""
     for polygon in content.polygons:
         if polygon.implicit:

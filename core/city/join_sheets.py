@@ -23,7 +23,7 @@ SLIGHT = np.finfo(float).tiny
 
 
 @dataclass
-class Rim:
+class _Rim:
     """Places on the outlines of sheets."""
 
     place: np.ndarray  # (m, 3) float64 [m]
@@ -32,7 +32,7 @@ class Rim:
     sheet: np.ndarray  # (m,) int
 
 
-class Seen(NamedTuple):
+class _Seen(NamedTuple):
     """What rays meet first."""
 
     hit: np.ndarray  # (m,) int, -1 for nothing
@@ -58,12 +58,12 @@ def join_sheets(vertices, triangles, sheet, among):
     (n,) int
         The group of each sheet; -1 for those that are above something.
     """
-    count, rim = sheet.max() + 1, look_at_rims(vertices, triangles, sheet)
+    count, rim = sheet.max() + 1, _look_at_rims(vertices, triangles, sheet)
     area = np.linalg.norm(normals_of(vertices, triangles), axis=1)
     seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
-    above = share_of(sheet, area, seen.front, count)
+    above = _share_of(sheet, area, seen.front, count)
     seen = look(vertices, among, rim.place + SEAM * rim.outward - CURB * UP, -rim.outward)
-    walled = share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * SEAM), count)
+    walled = _share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * SEAM), count)
     lowest = (above <= MOST) & (walled <= MOST)
     triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
     seen = look(vertices, triangles, rim.place + SEAM * rim.outward + CURB * UP, -UP)
@@ -71,7 +71,7 @@ def join_sheets(vertices, triangles, sheet, among):
     return np.where(lowest, number_connected(rim.sheet[meets], sheet[seen.hit[meets]], count), -1)
 
 
-def look_at_rims(vertices, triangles, sheet):
+def _look_at_rims(vertices, triangles, sheet):
     """Places on the edges that belong to one triangle of a sheet: Rim."""
     edges, owner = edges_of(triangles), np.tile(sheet, 3)
     named = np.column_stack([owner, np.sort(edges, axis=1)])
@@ -82,7 +82,7 @@ def look_at_rims(vertices, triangles, sheet):
     length = np.hypot(along[:, 0], along[:, 1])
     outward = np.column_stack([along[:, 1], -along[:, 0], 0 * length]) / np.maximum(length, SLIGHT)[:, None]
     place, count = np.concatenate([start + share * along for share in ALONG]), len(ALONG)
-    return Rim(place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count))
+    return _Rim(place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count))
 
 
 def look(vertices, triangles, origins, directions, *, ray_scene=None):
@@ -96,9 +96,9 @@ def look(vertices, triangles, origins, directions, *, ray_scene=None):
     towards = -(normal * directions[met]).sum(axis=1)
     away = ((origins[met] - vertices[faces[:, 0]]) * normal).sum(axis=1)
     distance[met], front[met] = away / np.where(towards == 0, SLIGHT, towards), towards > 0
-    return Seen(hit, distance, front)
+    return _Seen(hit, distance, front)
 
 
-def share_of(owner, weight, chosen, count):
+def _share_of(owner, weight, chosen, count):
     """Share of the weight of each owner that is chosen: (count,)."""
     return np.bincount(owner, weight * chosen, count) / np.maximum(np.bincount(owner, weight, count), SLIGHT)

@@ -27,7 +27,7 @@ MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has
 
 
 @dataclass
-class Views:
+class _Views:
     """What is visible from the two sides of some polygons, (k, 2): the front as drawn first."""
 
     sky: np.ndarray  # share of the rays that reaches the sky
@@ -61,7 +61,7 @@ def judge_turning(shape, found, allowed):
     -------
     proposed, turned : array, (n,) bool
     """
-    agree, wanted = spare_upward_sheets(shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed)
+    agree, wanted = _spare_upward_sheets(shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed)
     turned = np.zeros(len(wanted), bool)
     if not wanted.any():
         return wanted, turned
@@ -74,12 +74,12 @@ def judge_turning(shape, found, allowed):
     tested = np.union1d(order[place < WITNESSES], np.flatnonzero(wanted))
     sides = trace_both_sides(shape, shell, tested, wanted)
     whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
-    chosen = decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
+    chosen = _decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
     turned[tested[chosen]] = True
     return wanted, turned
 
 
-def spare_upward_sheets(shape, found, wanted, others):
+def _spare_upward_sheets(shape, found, wanted, others):
     """Proposals that do not turn upward open sheets down: polygons that agree with them, and those that would turn.
 
     If the opposite of a proposal faces up only, and most of the sheet is drawn so, that is proposed instead: the
@@ -96,16 +96,16 @@ def spare_upward_sheets(shape, found, wanted, others):
     return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
 
 
-def decide(sides, shells, agree, wanted, whole):
+def _decide(sides, shells, agree, wanted, whole):
     """Which of the tested polygons are turned, (k,) bool."""
     shell, area = shells
     proposed = np.where(agree, 0, 1)  # side of each polygon that is its front by the proposal
-    support = supports(sides, sides.backs_turned, proposed)
-    right = supports(sides, sides.backs_drawn, np.zeros(len(shell), int))
+    support = _supports(sides, sides.backs_turned, proposed)
+    right = _supports(sides, sides.backs_drawn, np.zeros(len(shell), int))
     drawn, turned = sides.sky.T
     inward, into = (sides.backs_turned > INSIDE * (1 - sides.down)).T
     lit = (drawn >= turned) & (((drawn > SKY) & ~inward) | ((drawn >= GLIMPSE) & into))
-    contrary = supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
+    contrary = _supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
     count = shell.max() + 1
     votes = [
         (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count)) for w in (area, area**0.5)
@@ -116,7 +116,7 @@ def decide(sides, shells, agree, wanted, whole):
     return wanted & ~right & ~lit & (sure | mixed)
 
 
-def supports(sides, backs, front):
+def _supports(sides, backs, front):
     """Polygons whose back is inside and whose front, the side given by index, is outside: (k,) bool."""
     inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
     rows = np.arange(len(front))
@@ -135,7 +135,7 @@ def trace_both_sides(shape, shell, tested, wanted):
     corners, doubled = places[triangles], normals_of(places, triangles)  # (t, 3, 3) [m] and (t, 3) [m²]
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
-    start, point, direction = start_rays((corners, normal, size), owner, tested)
+    start, point, direction = _start_rays((corners, normal, size), owner, tested)
     offset = max(OFFSET, SPACINGS * float(np.spacing(np.float32(np.abs(places).max()))))
     scene = RayScene(places, triangles)
     turn = np.where(wanted, -1.0, 1.0)[owner]
@@ -151,10 +151,10 @@ def trace_both_sides(shape, shell, tested, wanted):
         after = along * turn[hit]
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
         found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
-    return Views(*found_shares.transpose(1, 2, 0))
+    return _Views(*found_shares.transpose(1, 2, 0))
 
 
-def start_rays(faces, owner, tested):
+def _start_rays(faces, owner, tested):
     """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
     corners, normal, size = faces
     one, other, height, turn = np.mod(additive_recurrence(RAYS, 4).T + 0.5, 1)

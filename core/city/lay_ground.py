@@ -64,11 +64,11 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             ):
                 scene.report.repair(reason, [scene.surfaces.surface_id[k] for k in polygons])
             notes += laid.notes
-            scene = join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
+            scene = _join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
             return replace(scene, terrain_laid=True), feet.hanging
         notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
     own = find_ground(scene)
-    known = partial(height_of_own_ground, scene, own)
+    known = partial(_height_of_own_ground, scene, own)
     if ground == "none":
         # No ground is laid under footprints all of whose corners lie over the model's own.
         city, points = placed.city, placed.points
@@ -80,10 +80,10 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     if len(floating):
         names = list_some([scene.surfaces.surface_id[i] for i in floating])
         notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names}")
-    return join_ground(scene, vertices, triangles), floating
+    return _join_ground(scene, vertices, triangles), floating
 
 
-def height_of_own_ground(scene, ground, places, thin):
+def _height_of_own_ground(scene, ground, places, thin):
     """Height of the model's own surfaces below places, `ground`, (t,) bool, among them, as for `find_floating`."""
     upward = upward_areas(scene.vertices, scene.triangles) > 0
     height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
@@ -94,7 +94,7 @@ def height_of_own_ground(scene, ground, places, thin):
     return np.where(height > -np.inf, height, np.nan)
 
 
-def join_ground(scene, vertices, triangles, hidden=False):
+def _join_ground(scene, vertices, triangles, hidden=False):
     """Add the triangles of the ground, which have no row in the tables, to a scene.
 
     Parameters
@@ -136,5 +136,5 @@ def show_terrain(scene, terrain):
         points = bring_to_origin(layer.points, scene.site)
         near = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)[layer.triangles].all(axis=1)
         points, triangles = drop_unused(points, layer.triangles[near])
-        scene = join_ground(scene, points, faces_up(points, triangles))
+        scene = _join_ground(scene, points, faces_up(points, triangles))
     return scene

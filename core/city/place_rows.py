@@ -27,7 +27,7 @@ OBLIQUITY = 23.44  # [°] of the ecliptic
 
 
 @dataclass
-class RoofFrame:
+class _RoofFrame:
     """Axes of a flat roof, and how rows stand on it."""
 
     origin: np.ndarray  # (3,) [m]
@@ -60,12 +60,12 @@ def frame_roof(racks, normal, origin, latitude):
     upward = facing @ normal * normal - facing
     upward /= np.linalg.norm(upward)
     axes = np.array([np.cross(upward, normal), upward, normal])
-    return RoofFrame(np.asarray(origin, float), axes, choose_pitch(racks, axes, latitude))
+    return _RoofFrame(np.asarray(origin, float), axes, _choose_pitch(racks, axes, latitude))
 
 
-def choose_pitch(racks, axes, latitude):
+def _choose_pitch(racks, axes, latitude):
     """Distance from row to row [m]: as given, else so that none shades another at noon of the winter solstice."""
-    least = width_of_row(racks) + GAP + THICKNESS * math.sin(math.radians(racks.tilt))
+    least = _width_of_row(racks) + GAP + THICKNESS * math.sin(math.radians(racks.tilt))
     if racks.spacing is not None or racks.gcr is not None:
         modules = racks.depth * (2 if racks.east_west else 1)
         pitch = racks.spacing if racks.spacing is not None else modules / racks.gcr
@@ -75,17 +75,17 @@ def choose_pitch(racks, axes, latitude):
             raise InputError("--racks", problem, cure)
         return pitch
     if racks.east_west:
-        return width_of_row(racks) + AISLE
+        return _width_of_row(racks) + AISLE
     if latitude is None:
         raise InputError("--racks", "the spacing follows from the latitude, which is unknown", "give --latitude D")
     # The shadow across the rows, behind them, per height: none if it falls before them.
     zenith = math.radians(abs(latitude) + OBLIQUITY)
     _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
     shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
-    return max(least, width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow)
+    return max(least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow)
 
 
-def width_of_row(racks):
+def _width_of_row(racks):
     """Width of a row, or of a pair of rows, seen from above [m]."""
     width = racks.depth * math.cos(math.radians(racks.tilt))
     # The undersides of a pair lean towards each other.
@@ -108,7 +108,7 @@ def place_rows(racks, frame, free):
         Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a pair the row that faces
         the wanted azimuth comes before the other.
     """
-    width = width_of_row(racks)
+    width = _width_of_row(racks)
     bounds = free.bounds
     count = math.floor((bounds[3] - bounds[1] - width) / frame.pitch + 1e-9) + 1 if not free.is_empty else 0
     if count < 1:
@@ -119,7 +119,7 @@ def place_rows(racks, frame, free):
     across, top = racks.depth * math.cos(tilt), bottom + racks.depth * math.sin(tilt)
     rows = []
     for low in first + frame.pitch * np.arange(count):
-        for left, right in free_stretches(free, low, low + width):
+        for left, right in _free_stretches(free, low, low + width):
             ridge = low + across
             rows.append([(left, low, bottom), (right, low, bottom), (right, ridge, top), (left, ridge, top)])
             if racks.east_west:
@@ -129,7 +129,7 @@ def place_rows(racks, frame, free):
     return frame.origin + local @ frame.axes
 
 
-def free_stretches(free, low, high):
+def _free_stretches(free, low, high):
     """Stretches along a strip that are free in its whole width: list of (left, right) [m]."""
     left, _, right, _ = free.bounds
     strip = shapely.box(left, low, right, high)
@@ -153,7 +153,7 @@ def free_area(rings, frame, rim, obstacles):
     frame : RoofFrame
     rim : float [m]
     obstacles : tuple
-        As of `outline_risen`.
+        As of `_outline_risen`.
 
     Returns
     -------
@@ -164,11 +164,11 @@ def free_area(rings, frame, rim, obstacles):
     roof = shapely.make_valid(shapely.Polygon(flat[0], flat[1:]))
     free = shapely.buffer(roof, -rim, join_style="mitre")
     low, high = rings[0].min(axis=0)[:2] - rim, rings[0].max(axis=0)[:2] + rim
-    risen = outline_risen(obstacles, frame, low, high)
+    risen = _outline_risen(obstacles, frame, low, high)
     return shapely.difference(free, shapely.union_all(shapely.buffer(risen, rim))) if len(risen) else free
 
 
-def outline_risen(obstacles, frame, low, high):
+def _outline_risen(obstacles, frame, low, high):
     """Outlines of what rises above a roof's plane, in its frame.
 
     Each triangle is cut off at `RISE` above the plane; the rest is seen straight from above.

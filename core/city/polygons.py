@@ -161,7 +161,7 @@ def triangulate(points, ring_start, polygon_start):
             clipped = clipped.reshape(-1, 3).astype(np.int64) + rings[0]
         lost = abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon]) if len(rings) > 2 else 0.0
         if lost > LOST_SHARE * area[polygon]:
-            clipped = clip_touching_holes(plane, rings, area[polygon], clipped)
+            clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
@@ -244,7 +244,7 @@ def _cut_quads(plane, first):
     return chosen, smallest[rows, better] > THIN * _longest_square(plane, chosen).max(axis=1)
 
 
-def clip_touching_holes(plane, rings, area, otherwise):
+def _clip_touching_holes(plane, rings, area, otherwise):
     """Triangles of a polygon whose holes touch its exterior ring, where ear clipping alone may lose a hole.
 
     The holes are subtracted first; the remaining pieces have no touching holes. All their vertices are vertices of the

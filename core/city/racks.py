@@ -149,7 +149,7 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
         See `frame_roof`.
     """
     local = replace(city, points=bring_to_origin(city.points, scene.site))
-    roofs = find_flat_roofs(scene, local, racks.area)
+    roofs = _find_flat_roofs(scene, local, racks.area)
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     obstacles = corners, shapely.STRtree(draw_triangles(corners))
     fronts, roof_of_row = [np.empty((0, 4, 3))], []
@@ -160,15 +160,15 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
         fronts.append(found)
         roof_of_row += [roof] * len(found)
     fronts = np.round(np.concatenate(fronts), MICROMETRE)
-    rows = describe_rows(city, fronts, roof_of_row, sectors)
+    rows = _describe_rows(city, fronts, roof_of_row, sectors)
     scene.report.notes.append(
         f"{count_of(len(rows), 'rack')}, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of "
         f"{count_of(len(roofs), 'flat roof')} of {racks.area:g} m² or more"
     )
-    return stand_slabs(scene, fronts, rows, patch_size, racks.back_albedo)
+    return _stand_slabs(scene, fronts, rows, patch_size, racks.back_albedo)
 
 
-def find_flat_roofs(scene, city, least):
+def _find_flat_roofs(scene, city, least):
     """Flat roofs that are large enough, as read, of a city in the scene's frame: list of (polygon, normal (3,)).
 
     What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that nothing names.
@@ -182,7 +182,7 @@ def find_flat_roofs(scene, city, least):
     return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]
 
 
-def describe_rows(city, fronts, roof_of_row, sectors):
+def _describe_rows(city, fronts, roof_of_row, sectors):
     """Surfaces of rows, (k, 4, 3) [m]: Surfaces."""
     count = len(fronts)
     normal = np.cross(fronts[:, 1] - fronts[:, 0], fronts[:, 3] - fronts[:, 0])
@@ -214,7 +214,7 @@ def orient_racks(tilt, azimuth, sectors):
     return classify(np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors)[1]
 
 
-def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
+def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     """The scene with the slabs of rows; undersides and edges belong to no surface, and receive nothing if black."""
     count = len(fronts)
     behind = fronts - THICKNESS * rows.normal[:, None]

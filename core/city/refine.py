@@ -35,7 +35,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         a-------b      a---m---b      a---\\-b         triangles
 
     An edge is split at its midpoint, but along elongated triangles into as few equal parts as possible; their diagonals
-    are not split before the outline is, and are then flipped (`flip_edges`): a wall of 1000 × 3 m becomes a row of
+    are not split before the outline is, and are then flipped (`_flip_edges`): a wall of 1000 × 3 m becomes a row of
     near-squares cut in two, not slivers.
 
     Parameters
@@ -70,7 +70,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     if np.ndim(patch_size):
         check_array("patch_size", patch_size, (len(triangles),), least=SHORTEST)
     patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
-    length, height = measure_triangles(vertices, triangles)
+    length, height = _measure_triangles(vertices, triangles)
     longest = length.max(axis=1, initial=0)
     pieces = ((1 + longest / patch_size) * (1 + height / patch_size)).sum()
     if pieces > MOST_PIECES:  # for example because one vertex is far away by mistake
@@ -81,37 +81,37 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     surface = parent if surface is None else np.asarray(surface)
     thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
     while True:
-        length, height = measures = measure_triangles(vertices, triangles)
+        length, height = measures = _measure_triangles(vertices, triangles)
         long = length > (1 + TIE) * patch_size[parent, None]
         elongated = long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
         new = np.unique(surface[parent[elongated]])
         if not thin[new].all():
             fresh = np.isin(np.arange(len(thin)), new) & ~thin
             thin |= fresh
-            triangles = flip_edges(vertices, triangles, surface[parent], fresh[surface[parent]])
+            triangles = _flip_edges(vertices, triangles, surface[parent], fresh[surface[parent]])
             continue
         if not long.any():
             break
         rows = thin[surface[parent]]
-        long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
+        long &= ~_find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
         # Ends of the edges ab, bc and ca, triangle by triangle, the smaller number first.
         ends, chosen = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2), np.flatnonzero(long)
         key = pair_keys(ends)
         halved, first, number = np.unique(key[chosen], return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
-        np.maximum.at(parts, number, count_parts(measures, patch_size[parent])[long])
+        np.maximum.at(parts, number, _count_parts(measures, patch_size[parent])[long])
         place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
         middle = np.where(halved[place] == key, len(vertices) + place, -1).reshape(-1, 3)
-        vertices = np.concatenate([vertices, cut_edges(vertices[ends[chosen[first]]], parts)])
+        vertices = np.concatenate([vertices, _cut_edges(vertices[ends[chosen[first]]], parts)])
         cut = np.zeros(len(thin), bool)
         cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
         triangles, parent = split(vertices, triangles, parent, middle)
-        triangles = flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
+        triangles = _flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
 
 
-def cut_edges(ends, parts):
+def _cut_edges(ends, parts):
     """First cut of edges between ends (m, 2, 3) that are to be split into so many equal parts: (m, 3).
 
     For an odd number the smaller half lies at the same end of all parallel edges.
@@ -124,7 +124,7 @@ def cut_edges(ends, parts):
     return np.where((parts == 2)[:, None], 0.5 * (ends[:, 0] + ends[:, 1]), ends[:, 0] + share[:, None] * along)
 
 
-def measure_triangles(vertices, triangles):
+def _measure_triangles(vertices, triangles):
     """Edges ab, bc and ca (t, 3), and the height over the longest of them (t,), in metres."""
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
     length = np.column_stack([np.linalg.norm(along, axis=1) for along in (b - a, c - b, a - c)])
@@ -132,7 +132,7 @@ def measure_triangles(vertices, triangles):
     return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
 
 
-def count_parts(measures, patch_size):
+def _count_parts(measures, patch_size):
     """Number of equal parts into which to cut each edge, (t, 3): 2, but along elongated triangles as many as it takes
     to fit the patch size, and along narrow strips as many as it takes for the diagonals to fit it."""
     length, height = measures
@@ -142,13 +142,13 @@ def count_parts(measures, patch_size):
     return np.where(elongated[:, None], parts, 2).astype(np.int64)
 
 
-def find_waiting(vertices, triangles, surface, wanted, measures):
+def _find_waiting(vertices, triangles, surface, wanted, measures):
     """Edges (t, 3) of some rows that are not split yet, since they may be flipped: between two elongated triangles that
     both have a long edge on the outline, which is split in any case."""
     (long, rows), (length, height) = wanted, measures
     rows = np.flatnonzero(rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height))
     waiting = np.zeros(long.shape, bool)
-    pairs, corners = find_inner_edges(vertices, triangles[rows], surface[rows])
+    pairs, corners = _find_inner_edges(vertices, triangles[rows], surface[rows])
     inner = np.zeros((len(rows), 3), bool)
     # Of each of the two, the edge that starts where the common one does.
     sides = [np.argmax(triangles[rows][pairs[:, k]] == corners[:, k, None], axis=1) for k in (0, 1)]
@@ -185,7 +185,7 @@ def split(vertices, triangles, parent, middle):
     return np.concatenate(pieces), np.concatenate(parents)
 
 
-def flip_edges(vertices, triangles, surface, wanted=True):
+def _flip_edges(vertices, triangles, surface, wanted=True):
     """Delaunay triangulation within each flat surface; outlines, bends and curved surfaces stay unchanged.
 
     Parameters
@@ -206,7 +206,7 @@ def flip_edges(vertices, triangles, surface, wanted=True):
     near = active
     moved = np.ones(len(vertices), bool)
     for _ in range(MOST_ROUNDS):
-        rows, corners = find_inner_edges(vertices, triangles[near], surface[near])
+        rows, corners = _find_inner_edges(vertices, triangles[near], surface[near])
         asked = moved[corners[:, 0]] & moved[corners[:, 1]]
         rows, corners = near[rows[asked]], corners[asked]
         # Sum of the cotangents of the two angles opposite to each edge: negative if they sum to more than 180°.
@@ -236,7 +236,7 @@ def flip_edges(vertices, triangles, surface, wanted=True):
     return triangles
 
 
-def find_inner_edges(vertices, triangles, surface):
+def _find_inner_edges(vertices, triangles, surface):
     """Edges between two coplanar triangles of one surface: rows (e, 2) of the triangles, and corners (e, 4).
 
     The first triangle runs a, b, p and the second b, a, q.

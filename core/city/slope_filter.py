@@ -28,17 +28,17 @@ def find_standing(start, end, step, slope):
     if not len(start):
         return np.zeros(0, bool)
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
-    hangs = hangs_above_feet(ends, step, slope, start)
+    hangs = _hangs_above_feet(ends, step, slope, start)
     # The same beside whole edges: a bay above the middle of a long wall stands on nothing.
     some = np.flatnonzero(~hangs)
     ends, step, slope = ends[some], step[some], slope[some]
-    for point, _, foot, distance in pass_edges(ends, start, end, NEAR):
+    for point, _, foot, distance in _pass_edges(ends, start, end, NEAR):
         rise = ends[point, 2] - foot[:, 2]
         hangs[some[point[rise > step[point] + slope[point] * distance + COINCIDENT]]] = True
     return ~hangs.reshape(2, -1).any(axis=0)
 
 
-def hangs_above_feet(points, step, slope, others):
+def _hangs_above_feet(points, step, slope, others):
     """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet: (p,) bool."""
     lowest = others[merge_places(others)[0]]  # of several feet at one position only the lowest matters
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
@@ -50,7 +50,7 @@ def hangs_above_feet(points, step, slope, others):
     return hangs
 
 
-def pass_edges(points, start, end, within):
+def _pass_edges(points, start, end, within):
     """Pairs of a point and an edge that is within a distance [m] of it in plan, of some edges at a time.
 
     Yields
@@ -79,7 +79,7 @@ ABREAST = 0.25  # [m] feet closer together than this get the height of the highe
 
 
 @dataclass
-class FootLines:
+class _FootLines:
     """Distinct edges of the feet."""
 
     start: np.ndarray  # (e, 3) float64 [m]
@@ -97,13 +97,13 @@ def draw_lines(feet):
     _, first, line = np.unique(pair_keys(pairs), return_index=True, return_inverse=True)
     step = np.zeros(len(first))
     np.maximum.at(step, line, feet.step)
-    return FootLines(start[first], end[first], step)
+    return _FootLines(start[first], end[first], step)
 
 
 def highest_foot(lines, places):
     """Height [m] of the highest foot edge at each place, (k, 3), leaving out edges too far above it: (k,) float64."""
     highest = places[:, 2].copy()
-    for place, edge, foot, _ in pass_edges(places, lines.start, lines.end, ABREAST):
+    for place, edge, foot, _ in _pass_edges(places, lines.start, lines.end, ABREAST):
         low = foot[:, 2] <= places[place, 2] + lines.step[edge]
         np.maximum.at(highest, place[low], foot[low, 2])
     return highest

@@ -82,7 +82,7 @@ def turn_towards(longitude, middle, turn):
 
 
 @lru_cache(maxsize=64)
-def globe_of(plane):
+def _globe_of(plane):
     """Latitude and longitude, in degrees from Greenwich, on the datum of a plane: pyproj.CRS."""
     own = plane.geodetic_crs.to_2d()
     usual = own.axis_info[0].direction == "north" and own.axis_info[0].unit_name == "degree"
@@ -125,7 +125,7 @@ def _transform(turn, places):
 
 @lru_cache(maxsize=64)
 def _turn_to_globe(plane):
-    return pyproj.Transformer.from_crs(plane, globe_of(plane))
+    return pyproj.Transformer.from_crs(plane, _globe_of(plane))
 
 
 def registered_axes(plane):
@@ -283,7 +283,7 @@ def _local_plane(system, middle, axes, source):
         raise InputError(source or system.name, problem, "correct the srsName, or the coordinates")
     # Some metres beside the middle the scale is the same, and a city that was written has the same plane again.
     conversion = TransverseMercatorConversion(round(latitude, 4), round(longitude, 4), 0, 0, 1)
-    return ProjectedCRS(conversion, LOCAL, geodetic_crs=globe_of(system)).to_wkt()
+    return ProjectedCRS(conversion, LOCAL, geodetic_crs=_globe_of(system)).to_wkt()
 
 
 def _in_metres(system):

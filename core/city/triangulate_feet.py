@@ -113,10 +113,10 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
             missing = missing[(places[..., 2] - height > HANG).any(axis=1)]
         if turn == ROUNDS or not len(missing):
             return vertices, triangles
-        feet, edges = halve(lines, feet, edges, missing)
+        feet, edges = _halve(lines, feet, edges, missing)
 
 
-def halve(lines, feet, edges, missing):
+def _halve(lines, feet, edges, missing):
     """Points on feet with the middles of some edges, and the edges between them.
 
     Parameters

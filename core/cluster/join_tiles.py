@@ -38,23 +38,23 @@ def join_tiles(parts, prepared, request, figures, folder=None):
     whole, seen, records = None, np.zeros(count, np.int64), []
     for rows, part in parts:
         if whole is None:
-            whole = empty_like(part, scene, folder)
+            whole = _empty_like(part, scene, folder)
         if part.bare is not None and whole.bare is None:  # earlier tiles have no trees that lose their leaves
-            bare = empty_like(part.bare, scene, folder)
-            fill_rows(bare, slice(None), whole)
+            bare = _empty_like(part.bare, scene, folder)
+            _fill_rows(bare, slice(None), whole)
             whole = replace(whole, bare=bare, leaf_months=part.leaf_months)
-        fill_rows(whole, rows, part)
+        _fill_rows(whole, rows, part)
         if whole.bare is not None:
-            fill_rows(whole.bare, rows, part.bare or part)
+            _fill_rows(whole.bare, rows, part.bare or part)
         seen[rows] += 1
         records.append(part.record)
     if (seen != 1).any():
         raise ValueError(f"{int((seen != 1).sum())} surfaces are not in exactly one tile")
-    record = join_records(records, prepared.plan, request, figures)
+    record = _join_records(records, prepared.plan, request, figures)
     return replace(whole, record=record, **materials_of_surfaces(scene, prepared.materials))
 
 
-def empty_like(part, scene, folder):
+def _empty_like(part, scene, folder):
     """A Transfer with room for all surfaces, of one state of the trees."""
     count = len(scene.surfaces)
     few = replace(part, bare=None, **{name: getattr(part, name)[:, :0] for name in MATRICES})
@@ -67,7 +67,7 @@ def empty_like(part, scene, folder):
     )
 
 
-def fill_rows(whole, rows, part):
+def _fill_rows(whole, rows, part):
     """Write the rows of a tile into the arrays, each of which has a row for each surface."""
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
     pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts else []
@@ -77,7 +77,7 @@ def fill_rows(whole, rows, part):
                 array[rows] = getattr(own, name)
 
 
-def join_records(records, plan, request, figures):
+def _join_records(records, plan, request, figures):
     """TraceRecord of a city from those of its tiles.
 
     Parameters

@@ -29,7 +29,7 @@ class PartOfCity:
     surfaces: np.ndarray  # (n,) int, the same of the surfaces
 
 
-class RaysOfPart:
+class _RaysOfPart:
     """The tree of a whole city, with hits told as rows of a part.
 
     Parameters
@@ -58,19 +58,19 @@ class RaysOfPart:
         """As of `FacingScene`."""
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = self._whole.trace_places(ray_origins, ray_directions)
-        turn_to_rows(self._rows, self._facing, ray_directions, places.triangle)
+        _turn_to_rows(self._rows, self._facing, ray_directions, places.triangle)
         return places
 
     def trace_closest(self, ray_origins, ray_directions):
         """As of `RayScene`."""
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         hit = self._whole.trace_closest(ray_origins, ray_directions)
-        turn_to_rows(self._rows, self._facing, ray_directions, hit)
+        _turn_to_rows(self._rows, self._facing, ray_directions, hit)
         return hit
 
 
 @njit(nogil=True, cache=True)
-def turn_to_rows(rows, facing, directions, hit):
+def _turn_to_rows(rows, facing, directions, hit):
     """Change patches that rays hit, (m,) int32, to rows of a part, in place.
 
     Parameters
@@ -117,7 +117,7 @@ def keep_patches(scene, prepared, members, reported=()):
     owner = prepared.scene.triangle_surface
     surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
     taken = np.concatenate([rows, np.zeros(BACKS, int)])
-    patches = add_backs(take_patches(prepared.patches, taken), len(rows))
+    patches = _add_backs(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
     of_triangles = {name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")}
@@ -126,7 +126,7 @@ def keep_patches(scene, prepared, members, reported=()):
     few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     whole = prepared.plan.ray_scene, prepared.patches, taken
-    ray_scene = RaysOfPart(rows_of_hits(prepared.patches, rows, members), whole)
+    ray_scene = _RaysOfPart(_rows_of_hits(prepared.patches, rows, members), whole)
     of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")}
     of_rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
     plan = replace(plan, **of_rows, ray_scene=ray_scene)
@@ -135,7 +135,7 @@ def keep_patches(scene, prepared, members, reported=()):
     )
 
 
-def add_backs(patches, first):
+def _add_backs(patches, first):
     """The rows from the first on as what is hit of others from behind; the last one is the ground from below."""
     for name, value in (("receives", False), ("ground", False), ("other_side", -1), ("area", 0)):
         getattr(patches, name)[first:] = value
@@ -144,7 +144,7 @@ def add_backs(patches, first):
     return patches
 
 
-def rows_of_hits(patches, rows, members):
+def _rows_of_hits(patches, rows, members):
     """Rows of `RaysOfPart`; members as of `keep_patches`."""
     front = np.searchsorted(rows, members).astype(np.int32)
     back = len(rows) + (patches.ground & (patches.normal[:, 2] > 0))

@@ -3,7 +3,7 @@
 Tasks read from disk, under names that tell the content, and write to disk, so that only names pass through the
 scheduler. What is finished stays beside the output folder until all is done, so that the same command goes on from it.
 A worker that ends in the middle of a task is replaced, and the task given to another one. Dask loads this file in each
-local worker first, see `dask_setup`.
+local worker first, see `_dask_setup`.
 """
 
 import hashlib
@@ -41,7 +41,7 @@ DEATHS = 3  # of workers under one task, after which it is given up
 
 
 @dataclass
-class Workers:
+class _Workers:
     """Who runs the tasks: `client` is None for this process."""
 
     client: Any
@@ -104,7 +104,7 @@ def open_workers(word):
     """
     kind, value = check_cluster(word)
     if kind == SERIAL:
-        yield Workers(None, "This process")
+        yield _Workers(None, "This process")
         return
     import dask
     from distributed import Client, LocalCluster  # brings its settings, to be here still when the block has ended
@@ -127,11 +127,11 @@ def open_workers(word):
             if importlib.util.find_spec("bokeh") is not None:
                 page = f"; dashboard at {client.dashboard_link}"
         else:
-            client = open_remote(value, stack)
-        yield Workers(client, f"{count_of(len(client.nthreads()), 'worker')}{page}")
+            client = _open_remote(value, stack)
+        yield _Workers(client, f"{count_of(len(client.nthreads()), 'worker')}{page}")
 
 
-def open_remote(address, stack):
+def _open_remote(address, stack):
     """Client of a scheduler that runs already, closed with the stack."""
     from distributed import Client
 
@@ -201,7 +201,7 @@ def run_plainly(function, *arguments):
     raise plain
 
 
-def dask_setup(worker):
+def _dask_setup(worker):
     """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

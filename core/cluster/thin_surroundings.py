@@ -43,12 +43,12 @@ def thin_surroundings(scene, prepared, reported):
         The whole tile where hardly a patch would be saved, or with trees or mirrors: crowns and mirrors need the very
         triangles that are hit.
     """
-    cluster = cluster_patches(prepared.scene, prepared.patches)
-    members = draw_members(cluster, count_met(prepared, prepared.scene.halo == OWN), prepared.patches)[cluster]
+    cluster = _cluster_patches(prepared.scene, prepared.patches)
+    members = draw_members(cluster, _count_met(prepared, prepared.scene.halo == OWN), prepared.patches)[cluster]
     return keep_patches(scene, prepared, members, reported)
 
 
-def cluster_patches(scene, patches):
+def _cluster_patches(scene, patches):
     """Cluster of each patch, (p,) int from 0 on: one for each of the tile's own and of those close to it.
 
     Cells are cubes, aligned with the axes, of a power of two of a metre: WIDTH of their distance from the tile in plan
@@ -72,7 +72,7 @@ def cluster_patches(scene, patches):
     return cluster
 
 
-def count_met(prepared, own):
+def _count_met(prepared, own):
     """How many of some rays from a tile's own patches, (p,) bool, meet the front of each patch: (p,) int."""
     patches, ray_scene = prepared.patches, prepared.plan.ray_scene
     rows = np.flatnonzero(own & patches.receives)

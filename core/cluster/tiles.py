@@ -26,7 +26,7 @@ LEFT_OUT = np.int8(-1)
 
 
 @dataclass
-class Pieces:
+class _Pieces:
     """What is kept or left out together: n surfaces, then each triangle of the ground, then each tree's crown."""
 
     low: np.ndarray  # (k, 3) float64 [m]
@@ -36,7 +36,7 @@ class Pieces:
 
 
 @dataclass
-class Tile:
+class _Tile:
     """A tile and its surroundings."""
 
     name: str
@@ -55,16 +55,16 @@ def box_pieces(scene):
     piece = owner.astype(np.int64)
     piece[ground] = count + np.arange(ground.sum())
     corners = np.asarray(scene.vertices, float)[scene.triangles]
-    low, high = box_members(corners, piece, count + int(ground.sum()))
+    low, high = _box_members(corners, piece, count + int(ground.sum()))
     first_crown = len(low)
     if scene.trees is not None:
         crowns = scene.trees
-        box = box_members(np.asarray(crowns.vertices, float)[crowns.triangles], crowns.tree, len(crowns))
+        box = _box_members(np.asarray(crowns.vertices, float)[crowns.triangles], crowns.tree, len(crowns))
         low, high = np.concatenate([low, box[0]]), np.concatenate([high, box[1]])
-    return Pieces(low, high, piece, first_crown)
+    return _Pieces(low, high, piece, first_crown)
 
 
-def box_members(corners, member, count):
+def _box_members(corners, member, count):
     """Lowest and highest corner of some sets of triangles: two (count, 3) float64; infinite where a set is empty."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, member, corners.min(axis=1))
@@ -79,7 +79,7 @@ def find_centres(scene):
     """
     own, count = scene.triangle_surface >= 0, len(scene.surfaces)
     corners = np.asarray(scene.vertices, float)[scene.triangles[own]]
-    low, high = box_members(corners, scene.triangle_surface[own], count)
+    low, high = _box_members(corners, scene.triangle_surface[own], count)
     known = np.flatnonzero(np.isfinite(low[:, 0]))
     if not len(known):
         return np.zeros((count, 2))
@@ -130,19 +130,19 @@ def surround(name, rows, pieces, ground_albedo):
     real = rows[np.isfinite(pieces.low[rows, 0])]
     if not len(real):  # nothing but surfaces without triangles
         around[rows] = OWN
-        return Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
+        return _Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
     low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
     reach = max(choose_reach(ground_albedo) * float(high[2] - low[2]), SHORTEST_REACH)
     near = gap(pieces.low, pieces.high, low, high) <= reach
     lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
     box = low - reach, high + reach
-    far = rises(pieces.low, pieces.high, box, lowest)
+    far = _rises(pieces.low, pieces.high, box, lowest)
     around[far], around[near], around[rows] = FAR, NEAR, OWN
     kept = gap(pieces.low[far], pieces.high[far], *box)
-    return Tile(name, rows, box, around, lowest, reach, float(kept.max(initial=0.0)))
+    return _Tile(name, rows, box, around, lowest, reach, float(kept.max(initial=0.0)))
 
 
-def rises(low, high, box, lowest):
+def _rises(low, high, box, lowest):
     """Whether boxes rise by more than 2° as seen from anywhere in another box: (k,) bool."""
     return high[:, 2] - lowest > RISE * gap(low, high, *box)
 
@@ -180,7 +180,7 @@ def take_part(scene, pieces, tile):
     around = tile.around[pieces.of_triangle]
     far = np.flatnonzero(around == FAR)
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
-    low = ~rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)  # lower parts of facades
+    low = ~_rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)  # lower parts of facades
     around[far[low]] = LEFT_OUT
     complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)
@@ -202,7 +202,7 @@ def take_part(scene, pieces, tile):
         surfaces=surfaces,
         report=ImportReport(),
         halo=around[kept],
-        trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
+        trees=_take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
     if scene.back_of is not None:
         triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
@@ -216,7 +216,7 @@ def take_part(scene, pieces, tile):
     return part, rows, complete
 
 
-def take_crowns(crowns, chosen):
+def _take_crowns(crowns, chosen):
     """Some trees: Crowns, or None without any."""
     if crowns is None or not chosen.any():
         return None

@@ -32,7 +32,7 @@ from .tiles import RISE
 
 RAYS = 8192  # by which it is measured what is left out
 STREAM = 0x7E1E
-SHARES = ("sky", "reflected")  # what `measure_halo` measures
+SHARES = ("sky", "reflected")  # what `_measure_halo` measures
 
 
 @dataclass
@@ -84,7 +84,7 @@ def trace_part(run_path, part_path, result_path, threads):
     effects = [terrain[one.key] if one.key == "terrain-horizon" else one for one in prepared.plan.effects]
     plan = replace(prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns)
     prepared = build_tree(replace(prepared, plan=plan), request)
-    halo = measure_halo(prepared, request.seed, part, run.city)
+    halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())
     del scene, prepared, plan
@@ -110,7 +110,7 @@ def trace_part(run_path, part_path, result_path, threads):
     return result_path
 
 
-def measure_halo(prepared, seed, part, city):
+def _measure_halo(prepared, seed, part, city):
     """Shares of the hemispheres of a tile's eligible surfaces that may be wrong.
 
     Parameters
@@ -163,7 +163,7 @@ def bound_hours(shares, albedo, weather, sky, irradiation):
     Parameters
     ----------
     shares : dict
-        Of `measure_halo`.
+        Of `_measure_halo`.
     albedo : float
         The brightest.
     weather : Weather

@@ -143,7 +143,7 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     figures = [_told_of(path) for _, path in found]
     parts = ((tile.rows, read_transfer(path)) for tile, path in found)
     transfer = join_tiles(parts, prepared, request, figures, folder)
-    return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
+    return transfer, _describe_tiles([tile for tile, _ in found], figures, settings)
 
 
 def _told_of(path):
@@ -175,7 +175,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     plan = prepared.plan  # of which the tiles' own plans take the terrain
     terrain = TracePlan([plan["terrain-horizon"]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
-    shared = pickle.dumps(Run(settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5)
+    shared = pickle.dumps(Run(_settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5)
     run_path = write_task(folder, "run", shared)
     run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
@@ -198,7 +198,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         yield str(run_path), str(write_task(folder, name, data)), str(result), threads
 
 
-def settle(prepared, request):
+def _settle(prepared, request):
     """The request with what is decided for the whole, so that every tile takes it over: Request.
 
     A tile alone would find a number of reflections of its own: where none is asked for, all take as many as the
@@ -211,7 +211,7 @@ def settle(prepared, request):
     return replace(request, threads=None, horizon=None, max_bounces=bounces, effects=effects)
 
 
-def describe_tiles(tiles, figures, settings):
+def _describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
     area = np.array([one["area"] for one in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))

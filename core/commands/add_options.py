@@ -44,29 +44,29 @@ def add_options(parser, *groups, hidden=()):
                 words = argparse.SUPPRESS if name in hidden else words
                 # What is not given, method, preset and the defaults tell.
                 named = {"dest": name, "help": words, "default": argparse.SUPPRESS}
-                place.add_argument(option_of(name), **named, **argument_of_setting(details))
+                place.add_argument(option_of(name), **named, **_argument_of_setting(details))
 
 
-def argument_of_setting(details):
+def _argument_of_setting(details):
     """Keywords of `add_argument` for a setting: dict."""
     many = {"nargs": "+", "action": "extend", "metavar": details.metavar}
-    share = keyed(float, "KEY=SHARE")  # several in one text: facade=0.6,roof=0.8
+    share = _keyed(float, "KEY=SHARE")  # several in one text: facade=0.6,roof=0.8
     shapes = {
         "flag": {"action": "store_true"},
         "switch": {"choices": tuple(SWITCH), "metavar": "on|off"},
         "choice": {"choices": tuple(details.choices)},
         "texts": many,
         "names": many,
-        "pairs": many | {"type": keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},
+        "pairs": many | {"type": _keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},
         "shares": many | {"type": lambda text: [share(part) for part in filter(None, text.split(","))]},
         "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     kind = {"number": float, "integer": int}.get(details.kind, str)
-    plain = {"type": or_none(kind, details.none) if details.none else kind, "metavar": details.metavar}
+    plain = {"type": _or_none(kind, details.none) if details.none else kind, "metavar": details.metavar}
     return shapes.get(details.kind, plain)
 
 
-def or_none(kind, word):
+def _or_none(kind, word):
     """A type for `add_argument` in which a word means None."""
 
     def parse(text):
@@ -76,7 +76,7 @@ def or_none(kind, word):
     return parse
 
 
-def keyed(read, words):
+def _keyed(read, words):
     """A type for `add_argument`: KEY=VALUE → (key, read(value)); `words` say what is expected."""
 
     def parse(text):
@@ -89,7 +89,7 @@ def keyed(read, words):
     return parse
 
 
-def two_numbers(text):
+def _two_numbers(text):
     """Of "3,-4": (3.0, -4.0)."""
     first, second = map(float, text.split(","))
     return first, second
@@ -182,7 +182,7 @@ def add_change(parser):
     place.add_argument("--add", metavar="FILE", help="buildings or trees, in the base's reference system", **several)
     place.add_argument("--local", action="store_true", help="files are in metres from the base's local origin")
     place.add_argument("--remove", metavar="ID", help="buildings, or trees", **several)
-    two, one = keyed(two_numbers, "ID=NUMBER,NUMBER"), keyed(float, "ID=NUMBER")
+    two, one = _keyed(_two_numbers, "ID=NUMBER,NUMBER"), _keyed(float, "ID=NUMBER")
     place.add_argument("--move", metavar="ID=EAST,NORTH", type=two, help="[m] to true east and north", **several)
     words = "[m] by which all of a building above its foot goes up, or down"
     place.add_argument("--raise", metavar="ID=M", dest="raised", type=one, help=words, **several)

@@ -60,7 +60,7 @@ def request_of_settings(settings, *groups, others=()):
                 cure = f'give exports=["{name}"]'
             raise InputError(name, "is not a setting here", cure)
         given[name] = _take(name, value, *known[name])
-    implied = implied_settings(given)
+    implied = _implied_settings(given)
     if "effects" in implied and "effects" in given:
         given["effects"] = {**implied["effects"], **given["effects"]}
     request = Request(**{**implied, **given})
@@ -68,7 +68,7 @@ def request_of_settings(settings, *groups, others=()):
     return request
 
 
-def implied_settings(given):
+def _implied_settings(given):
     """Settings that the method, the preset and a time budget imply; those of the method win: dict."""
     # The fewer rays the first round has, the shorter a time can be kept: further rounds add them.
     first_round = {"samples": PRESETS["draft"]["samples"]} if given.get("time_budget") is not None else {}

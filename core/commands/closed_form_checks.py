@@ -54,7 +54,7 @@ def closed_form_checks():
     for face, known in CANYON.items():
         for bounces, expected in enumerate(known):
             name = f"street canyon, {face} after {bounces} reflections"
-            checks.append((name, expected, SINGLE, lambda face=face, bounces=bounces: canyon(bounces)[face]))
+            checks.append((name, expected, SINGLE, lambda face=face, bounces=bounces: _canyon(bounces)[face]))
     for albedo, bounces in ((0.25, 3), (0.999, 50), (1.0, 50)):
         expected = bounces + 1.0 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
         name = f"closed furnace, albedo {albedo:g}, {bounces} reflections"
@@ -95,7 +95,7 @@ def unshaded(tilt, rays):
 
 
 @cache
-def canyon(bounces, samples=8192, strips=40):
+def _canyon(bounces, samples=8192, strips=40):
     """Mean of the middle of a long street's walls and of its ground, each with its standard error: dict."""
     parts = []
     for start, end in ((-100, -10), (-10, 10), (10, 100)):
@@ -108,7 +108,7 @@ def canyon(bounces, samples=8192, strips=40):
     return {"wall": mean_of(transfer, wall), "street": mean_of(transfer, street)}
 
 
-def hemisphere_of(scene, albedo, samples, *, lit_inside=False):
+def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     """Patches of a scene and their hemisphere rays; where it is lit inside, nothing is covered."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
@@ -129,7 +129,7 @@ def furnace(albedo, bounces):
     float
         0: there is no noise if every ray hits a face.
     """
-    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True)
+    patches, hemisphere = _hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True)
     first = np.ones((len(patches), 1), np.float32)
     factor = radiosity_factor(patches, hemisphere.covered_share)
     reflected = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)
@@ -140,7 +140,7 @@ def furnace(albedo, bounces):
 def view(one, other):
     """View factor from one rectangle to another."""
     scene, own = join_parts([one, other]), len(one[1])
-    patches, hemisphere = hemisphere_of(scene, 1, 1 << 16)
+    patches, hemisphere = _hemisphere_of(scene, 1, 1 << 16)
     shares = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1))
     shares = shares.reshape(own, HEMISPHERE_REPLICATES)
     share = patches.area[:own] / patches.area[:own].sum()

@@ -26,7 +26,7 @@ from .run_log import RunLog, print_output
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
 
-class OneLineParser(argparse.ArgumentParser):
+class _OneLineParser(argparse.ArgumentParser):
     """A parser that reports errors in one line."""
 
     def error(self, message):
@@ -66,45 +66,45 @@ def main(arguments=None, draw=None):
     try:
         # A time budget begins here: before anything large is imported or compiled.
         # Libraries of the formats, of numbers and of light.
-        check_memory(name_input(options), "a run of any size", 4e8, "give it more memory")
+        check_memory(_name_input(options), "a run of any size", 4e8, "give it more memory")
         options.draw, options.log = draw, RunLog(None if getattr(options, "quiet", False) else sys.stderr)
         return options.run(options) or 0
     except InputError as error:
-        return print_error(str(error), 2)
+        return _print_error(str(error), 2)
     except (KeyboardInterrupt, CancelledError) as stop:
         moment = " before the first suns were finished" if isinstance(stop, CancelledError) else ""
-        return print_error(f"interrupted{moment}; no results were written", 130)
+        return _print_error(f"interrupted{moment}; no results were written", 130)
     except Exception as error:
         if isinstance(error, MemoryError):
-            words = describe_memory(options)
+            words = _describe_memory(options)
         elif isinstance(error, OSError):
             words = f"{error.filename or 'system'}: {error.strerror or error}"
         else:
             traceback.print_exc()
             words = "internal error; please report the lines above"
-        return print_error(words, 1)
+        return _print_error(words, 1)
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
 
 
-def describe_memory(options):
+def _describe_memory(options):
     """That the memory is gone, for which files: one line."""
     from ..results.write_summary import peak_memory
 
     used = peak_memory()
     words = "needs more memory than there is" + (f": {used / GB:.1f} GB were taken" if used else "")
-    return f"{name_input(options)}: {words}; give --cluster serial, which traces a part at a time, or more memory"
+    return f"{_name_input(options)}: {words}; give --cluster serial, which traces a part at a time, or more memory"
 
 
-def name_input(options):
+def _name_input(options):
     """What a command was given to read, for messages."""
     names = ("city", "folder", "transfer", "base")
     given = next((getattr(options, name) for name in names if hasattr(options, name)), "")
     return ", ".join(map(str, given)) if isinstance(given, list) else given or "citypv"
 
 
-def print_error(message, status):
+def _print_error(message, status):
     """Print an error in one line to stderr, and return the exit status."""
     renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # clears the line of an unfinished stage
     print(f"{renew}citypv: error: {show_signs(' '.join(message.split()))}", file=sys.stderr)
@@ -113,7 +113,7 @@ def print_error(message, status):
 
 def build_parser(asked=None):
     """Parser of all commands, whose options are added for the command that is asked for; None: for every one."""
-    parser = OneLineParser(
+    parser = _OneLineParser(
         prog="citypv", description="Irradiance and PV yield of the roofs and facades of a city.", epilog=EPILOGUE
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
@@ -126,13 +126,13 @@ def build_parser(asked=None):
     return parser
 
 
-def run_simulate(options):
+def _run_simulate(options):
     """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
-    with compile_beside(request := read_request(options)):
+    with _compile_beside(request := read_request(options)):
         from .simulate import simulate
         from .write_run import Output
 
@@ -146,7 +146,7 @@ def run_simulate(options):
     return 130
 
 
-def run_yield(options):
+def _run_yield(options):
     """`citypv yield`."""
     from .simulate import recompute
 
@@ -154,7 +154,7 @@ def run_yield(options):
     recompute(options.transfer, options.out, read_request(options), **told)
 
 
-def run_world(options):
+def _run_world(options):
     """`citypv world`."""
     from .world import WorldSettings, make_world
 
@@ -164,7 +164,7 @@ def run_world(options):
     make_world(options.environment, options.out, read_request(options), settings, **told)
 
 
-def run_variant(options):
+def _run_variant(options):
     """`citypv variant`."""
     from .variant import Wish, make_variant
     from .write_run import Output
@@ -178,7 +178,7 @@ def run_variant(options):
     make_variant(options.base, options.out, wish, output=output, log=options.log)
 
 
-def run_compare(options):
+def _run_compare(options):
     """`citypv compare`."""
     from .compare import compare, describe_comparison
 
@@ -186,14 +186,14 @@ def run_compare(options):
     options.log.write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
 
 
-def run_plot(options):
+def _run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
     options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder)))}")
 
 
-def run_site(options):
+def _run_site(options):
     """`citypv site`."""
     from ..results.write_site import NO_LICENCE, write_site
 
@@ -205,47 +205,47 @@ def run_site(options):
     log.write(f"Written to {options.out} ({found['bytes'] / 1e6:,.1f} MB)")
 
 
-def run_inspect(options):
+def _run_inspect(options):
     """`citypv inspect`."""
     from .inspect_city import describe_city, inspect_city
 
     report = inspect_city(options.city, read_request(options), TerminalProgress(lasting=False))
-    print_found(options, report, describe_city(report))
+    _print_found(options, report, describe_city(report))
 
 
-def run_effects(options):
+def _run_effects(options):
     """`citypv effects`."""
     from ..effects.plan_effects import describe_plan
     from .show import list_effects
 
     plan = list_effects(options.city, read_request(options), TerminalProgress(lasting=False))
-    print_found(options, [asdict(effect) for effect in plan.effects], describe_plan(plan))
+    _print_found(options, [asdict(effect) for effect in plan.effects], describe_plan(plan))
 
 
-def run_accuracy(options):
+def _run_accuracy(options):
     """`citypv accuracy`."""
-    with compile_beside(request := read_request(options)):
+    with _compile_beside(request := read_request(options)):
         from ..accuracy.price_list import describe_prices
         from ..accuracy.yield_errors import SOURCES
         from .show import show_accuracy
 
         listed = show_accuracy(options.city, request, options.plot)
         words = {"sources": SOURCES, "unit": "s, percent of full load hours"}
-        print_found(options, asdict(listed) | words, describe_prices(listed))
+        _print_found(options, asdict(listed) | words, describe_prices(listed))
 
 
-def run_selfcheck(options):
+def _run_selfcheck(options):
     """`citypv selfcheck`: status 1 if a check fails."""
     from .selfcheck import describe_check, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
     found, failed = report_checks(checks), sum(not check.passed for check in checks)
     outcome = f"{failed} FAILED" if failed else "all passed"
-    print_found(options, found, [f"{len(checks)} checks in {found['seconds']:.1f} s: {outcome}"])
+    _print_found(options, found, [f"{len(checks)} checks in {found['seconds']:.1f} s: {outcome}"])
     return int(failed > 0)
 
 
-def print_found(options, found, lines):
+def _print_found(options, found, lines):
     """Print what a command found: as JSON where that is asked for, else as lines of text."""
     from ..results.write_summary import finite
 
@@ -257,7 +257,7 @@ def read_request(options):
     return request_of_settings(settings_of_options(options))
 
 
-def compile_beside(request):
+def _compile_beside(request):
     """Context in which a second process compiles the loops of the gather estimator, where none are kept."""
     from ..rays.compile_ahead import compile_ahead
 
@@ -273,15 +273,15 @@ def _join_offset(arguments):
 
 
 COMMANDS = {  # name -> (function that runs it, what it does); its options are those of command_options
-    "simulate": (run_simulate, "trace a city and write full load hours of every surface"),
-    "yield": (run_yield, "compute the yield of a transfer.nc with other weather or modules"),
-    "plot": (run_plot, "draw the results of a folder: report.html, or the maps of a world"),
-    "site": (run_site, "a city's solar map for a web server: 3D Tiles, an index, a page"),
-    "world": (run_world, "full load hours of traced districts all over the world"),
-    "variant": (run_variant, "an edited city, from a run of simulate --editable, in seconds"),
-    "compare": (run_compare, "who gains and who loses between two results of a city"),
-    "inspect": (run_inspect, "report what is read, repaired and left out, and where it is"),
-    "effects": (run_effects, "list which effects a run on this city simulates, and why"),
-    "accuracy": (run_accuracy, "predict seconds and errors of each setting from a short pilot"),
-    "selfcheck": (run_selfcheck, "check the tracer against closed forms and hard cases"),
+    "simulate": (_run_simulate, "trace a city and write full load hours of every surface"),
+    "yield": (_run_yield, "compute the yield of a transfer.nc with other weather or modules"),
+    "plot": (_run_plot, "draw the results of a folder: report.html, or the maps of a world"),
+    "site": (_run_site, "a city's solar map for a web server: 3D Tiles, an index, a page"),
+    "world": (_run_world, "full load hours of traced districts all over the world"),
+    "variant": (_run_variant, "an edited city, from a run of simulate --editable, in seconds"),
+    "compare": (_run_compare, "who gains and who loses between two results of a city"),
+    "inspect": (_run_inspect, "report what is read, repaired and left out, and where it is"),
+    "effects": (_run_effects, "list which effects a run on this city simulates, and why"),
+    "accuracy": (_run_accuracy, "predict seconds and errors of each setting from a short pilot"),
+    "selfcheck": (_run_selfcheck, "check the tracer against closed forms and hard cases"),
 }

@@ -52,7 +52,7 @@ def compare(before, after, folder, *, overwrite=False):
         found = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
             write_table(work / f"{name}.csv", getattr(found, name))
-        (work / "report.html").write_text(compose_page(found), encoding="utf-8", newline="\n")
+        (work / "report.html").write_text(_compose_page(found), encoding="utf-8", newline="\n")
         write_summary(work / "summary.json", found.summary)
     return found
 
@@ -77,10 +77,10 @@ def describe_comparison(found):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
             each = zip(rows["building_id"], changes, strict=True)
             lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
-    return [*lines, *note_light(found)]
+    return [*lines, *_note_light(found)]
 
 
-def note_light(found):
+def _note_light(found):
     """That light before was solved again, or that the two were traced with other settings: list of str."""
     notes, names = [], ", ".join(found.summary["light_differs_in"])
     if "base_light" in found.summary:
@@ -91,11 +91,11 @@ def note_light(found):
     return notes
 
 
-def compose_page(found):
+def _compose_page(found):
     """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two standard errors."""
     summary, buildings = found.summary, found.buildings
     sums = [
-        (words, f"{one['buildings']:,}", *numbers_of(one))
+        (words, f"{one['buildings']:,}", *_numbers_of(one))
         for state, words in STATES.items()
         if (one := summary["sums"][state])["buildings"]
     ]
@@ -105,7 +105,7 @@ def compose_page(found):
     # "–" of what was not there.
     percent = ["–" if np.isnan(value) else show_number(value, 1, plus=True) for value in listed["percent_change"]]
     listed = zip(listed.to_dict("records"), percent, strict=True)
-    rows = [(one["building_id"], one["state"], *numbers_of(one), share) for one, share in listed]
+    rows = [(one["building_id"], one["state"], *_numbers_of(one), share) for one, share in listed]
     maps = []
     if importlib.util.find_spec("matplotlib") is not None:
         from ..results.draw_plan import draw_change
@@ -124,7 +124,7 @@ def compose_page(found):
         section(
             "In short",
             paragraph(f"Weather: {summary['weather']}. {lead}"),
-            *(paragraph(note, "warning") for note in note_light(found)),
+            *(paragraph(note, "warning") for note in _note_light(found)),
             table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
             paragraph(
                 "± is the standard error of the change: from the rays that both states share where one is a variant of "
@@ -144,7 +144,7 @@ def compose_page(found):
     return fill_page(f"Comparison: {summary['before']} and {summary['after']}", "\n".join(filter(None, body)), data)
 
 
-def numbers_of(one):
+def _numbers_of(one):
     """Sums as text, in the order of HEAD."""
     names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
     signed = ("change", "change_roofs", "change_facades")

@@ -47,7 +47,7 @@ def find_source(request, settings, stack):
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, GRIDS_ONLY, "stations")
-    return read_stations(paths, request)
+    return _read_stations(paths, request)
 
 
 def refuse_settings(settings, names, weather):
@@ -57,7 +57,7 @@ def refuse_settings(settings, names, weather):
             raise InputError("--" + name.replace("_", "-"), f"means nothing for {weather}", "leave it out")
 
 
-def read_stations(paths, request):
+def _read_stations(paths, request):
     """Stations from files; several files of one place are its years."""
     settings = {
         "time_shift": request.time_shift,

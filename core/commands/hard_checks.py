@@ -22,22 +22,22 @@ def hard_checks():
     on_horizon = "sun on the horizon: visible share on the wall facing it"
     in_plane = "sun in the plane of two walls: visible share on them"
     return [
-        ("town at UTM coordinates minus the same at the origin", 0.0, SINGLE, moved_town),
-        ("rotated closed room 3 km from the origin: irradiance inside", 0.0, SINGLE, closed_room),
-        ("incidence down to 0.1°: lowest visible share of the sun", 1.0, SINGLE, grazing),
-        ("small faces coplanar with one of 1 km: lowest irradiance", 1.0, SINGLE, coplanar),
+        ("town at UTM coordinates minus the same at the origin", 0.0, SINGLE, _moved_town),
+        ("rotated closed room 3 km from the origin: irradiance inside", 0.0, SINGLE, _closed_room),
+        ("incidence down to 0.1°: lowest visible share of the sun", 1.0, SINGLE, _grazing),
+        ("small faces coplanar with one of 1 km: lowest irradiance", 1.0, SINGLE, _coplanar),
         ("house on 100 km of terrain: sky view factor of its walls", 0.5, SINGLE, terrain),
         ("shaft 1 m wide, 50 m deep: sky view factor of its floor", 1.2729e-4, 1e-8, shaft),
-        ("slivers of aspect ratio 1e6: lowest visible share of the sun", 1.0, SINGLE, slivers),
-        ("face 0.1 µm above another: irradiance of the upper one", 1.0, SINGLE, laid),
-        ("sun at zenith: visible share on walls", 0.0, 0.0, lambda: shares([[0, 0, 1]], SOUTH, np.max)),
-        (in_plane, 0.0, 0.0, lambda: shares(SUN_IN_PLANE, SIDE_WALLS, np.max)),
-        (on_horizon, 1.0, SINGLE, lambda: shares(LOW_SUN, SOUTH, np.min)),
+        ("slivers of aspect ratio 1e6: lowest visible share of the sun", 1.0, SINGLE, _slivers),
+        ("face 0.1 µm above another: irradiance of the upper one", 1.0, SINGLE, _laid),
+        ("sun at zenith: visible share on walls", 0.0, 0.0, lambda: _shares([[0, 0, 1]], SOUTH, np.max)),
+        (in_plane, 0.0, 0.0, lambda: _shares(SUN_IN_PLANE, SIDE_WALLS, np.max)),
+        (on_horizon, 1.0, SINGLE, lambda: _shares(LOW_SUN, SOUTH, np.min)),
         ("one thread minus four: largest difference", 0.0, 0.0, threads),
     ]
 
 
-def moved_town():
+def _moved_town():
     """Largest difference of any face's light in twelve boxes, at the origin and in the coordinates of a file."""
     generator, faces = np.random.default_rng(1), []
     for place in range(12):
@@ -53,17 +53,17 @@ def moved_town():
         city = City(names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None)
         scene = build_scene(city, 52.5, 13.4, ground="auto", patch_size=10.0)
         found.append(trace(scene, sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]), samples=64))
-    return largest_difference(*found), 0.0
+    return _largest_difference(*found), 0.0
 
 
-def closed_room():
+def _closed_room():
     """Light on the brightest face."""
     scene = join_parts(room((0, 0, 0), (7, 3, 5)), TURN, (2000, -2000, 500))
     transfer = trace(scene, sun_at([0.3, -0.8, 0.6], [0, 0, 1]), samples=1 << 15, shadow_samples=1024)
     return float(max(transfer.diffuse_relative.max(), transfer.visible_share.max())), 0.0
 
 
-def grazing():
+def _grazing():
     """Suns from straight above a face down to 0.1° above its plane, all around it, 10 km from the origin."""
     angle, around = (grid.ravel() for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 15))))
     local = np.column_stack([np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)])
@@ -73,7 +73,7 @@ def grazing():
     return float(trace(scene, suns, samples=64, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
 
 
-def coplanar():
+def _coplanar():
     """Sky and far ground of the small faces together."""
     parts = [rectangle([0, -500, 0], [1000, 0, 0], [0, 1000, 0])]
     parts += [rectangle([-0.01, 0.01 * place, 0], [0.01, 0, 0], [0, 0.01, 0]) for place in range(20)]
@@ -95,27 +95,27 @@ def shaft():
     return mean_of(trace(scene, samples=1 << 20, max_bounces=0), np.arange(2), "sky_view_factor")
 
 
-def slivers():
+def _slivers():
     """A roof 100 m long, cut into strips of 0.1 mm."""
     scene = join_parts([rectangle([0, 0, 5], [100, 0, 0], [0, 2e-3, 0], 20)])
     suns = sun_at([0.5, -0.5, 0.7], [0, 0, 1])
     return float(trace(scene, suns, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
 
 
-def laid():
+def _laid():
     """Least of sky and sun on the upper of two faces."""
     faces = [rectangle([0, 0, height], [10, 0, 0], [0, 10, 0]) for height in (5, 5 + 1e-7)]
     transfer = trace(join_parts(faces), sun_at([0.5, -0.5, 0.7]), samples=4096, effects=RAYS)
     return float(min(transfer.sky_view_factor[2:].min(), transfer.visible_share[2:].min())), 0.0
 
 
-def shares(directions, chosen, extreme):
+def _shares(directions, chosen, extreme):
     """Extreme visible share of some faces of the house under some suns."""
     transfer = trace(join_parts([PLAIN, *HOUSE]), sun_at(*directions), samples=64, shadow_samples=64)
     return float(extreme(transfer.visible_share[chosen])), 0.0
 
 
-def largest_difference(one, other):
+def _largest_difference(one, other):
     """Of any face's light in two Transfers: float."""
     names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
     return max(float(np.abs(getattr(one, name) - getattr(other, name)).max()) for name in names)
@@ -125,4 +125,4 @@ def threads():
     """Largest difference between results with one and four threads."""
     scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     one, four = (trace(scene, suns, threads=count) for count in (1, 4))
-    return largest_difference(one, four), 0.0
+    return _largest_difference(one, four), 0.0

@@ -49,18 +49,18 @@ def inspect_city(paths, request, progress=silent):
             "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),  # [m³]
         }
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
-    materials = group_areas(names, surfaces.area, names != "")
+    materials = _group_areas(names, surfaces.area, names != "")
     for name, group in materials.items():
         group["taken_as"] = describe_finish(named_material(name, scene.colours.get(name)))
     return {
         "report": asdict(scene.report),
         "site": asdict(scene.site),
-        "read_as": describe_reading(city, scene),
+        "read_as": _describe_reading(city, scene),
         "surfaces": len(surfaces),
         "holes": int((np.diff(city.polygon_start) - 1).sum()),
-        "kinds": group_areas(surfaces.kind, surfaces.area),
-        "thematic": group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
-        "eligible": group_areas(name_groups(surfaces), surfaces.area, surfaces.eligible),
+        "kinds": _group_areas(surfaces.kind, surfaces.area),
+        "thematic": _group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
+        "eligible": _group_areas(name_groups(surfaces), surfaces.area, surfaces.eligible),
         "materials": materials,
         "trees": trees,
         "findings": [
@@ -70,7 +70,7 @@ def inspect_city(paths, request, progress=silent):
     }
 
 
-def describe_reading(city, scene):
+def _describe_reading(city, scene):
     """What was chosen where files leave it open: order of axes, scale, unit, upward axis, levels of detail.
 
     The scale is that of the files' own system along east and north at the site; 1 where it is true, and without one.
@@ -84,7 +84,7 @@ def describe_reading(city, scene):
     return {"axes": site.axes, "scale": scale, "unit": city.report.unit, "up": city.report.up, "levels": levels}
 
 
-def group_areas(names, area, chosen=None):
+def _group_areas(names, area, chosen=None):
     """Count and area by name: {name: {"count": int, "area": m²}}."""
     chosen = np.ones(len(area), bool) if chosen is None else chosen
     table = pd.Series(area[chosen]).groupby(names[chosen].astype(str)).agg(["size", "sum"])

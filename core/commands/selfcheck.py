@@ -12,7 +12,7 @@ ERRORS_ALLOWED = 4  # standard errors; seeds are fixed, so that a check that pas
 
 
 @dataclass
-class Check:
+class _Check:
     """Expected and found value of one check."""
 
     name: str
@@ -48,7 +48,7 @@ def selfcheck(report=None):
         except Exception as error:  # counts as failure
             found, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - started
-        own = Check(name, float(expected), found, standard_error, float(allowance), seconds, passed, problem)
+        own = _Check(name, float(expected), found, standard_error, float(allowance), seconds, passed, problem)
         done.append(own)
         if report:
             report(own)

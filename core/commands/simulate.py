@@ -108,7 +108,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
                 told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
                 transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
         elif "editable" in output.exports:
-            base = trace_to_edit(scene, weather, request, log, prepared=prepared)
+            base = _trace_to_edit(scene, weather, request, log, prepared=prepared)
             transfer = base.transfer
             write_rays(work / RAYS, base, city)
         else:
@@ -124,7 +124,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     return describe_interruption(transfer.record)
 
 
-def trace_to_edit(scene, weather, request, log, *, prepared):
+def _trace_to_edit(scene, weather, request, log, *, prepared):
     """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun sampling."""
     base = trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer

@@ -67,9 +67,9 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         weather = read_year(kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED))
         log.write(describe_weather(weather, kept.scene.site))
         log.clock.lap("read base")
-        city, request = edit_city(kept.city, read_change(wish, kept), kept.scene.site.convergence), kept.request
+        city, request = edit_city(kept.city, _read_change(wish, kept), kept.scene.site.convergence), kept.request
         if wish.albedo_of:
-            path = write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
+            path = _write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             request = replace(request, albedo_file=path)
         change = change_scene(base, kept.city, city, request, log.progress)
         scene = written_scene(change.scene, change.rows)
@@ -87,7 +87,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             light, kept_record = edited.before.transfer, base.transfer.record
             record = replace(light.record, request=kept_record.request, sun_sampling=kept_record.sun_sampling)
             transfer = replace(transfer, base=replace(light, record=record))
-            told["base_light"] = tell_light(edited.before)
+            told["base_light"] = _tell_light(edited.before)
             log.write(f"The edited city asks for more than its base has: {describe_light(told['base_light'])}")
             log.write("  The light of the base is solved with these too; compare takes it as before")
         if "editable" in output.exports:
@@ -103,12 +103,12 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
     report_outcome(log, folder, found.energy, totals)
 
 
-def tell_light(base):
+def _tell_light(base):
     """What light of a base was solved with, for the summary of its variant: dict."""
     return {"max_bounces": base.decisions.bounces, "sky": base.decisions.plan["sky"]}
 
 
-def read_change(wish, kept):
+def _read_change(wish, kept):
     """The change, with the cities of the files that are added: Change."""
     added = []
     for path in wish.add:
@@ -134,7 +134,7 @@ def _check_distance(path, city, base):
         raise InputError(path, f"stands {away:,.0f} km from the base, or names no coordinate reference system", cure)
 
 
-def write_albedos(place, source, city, albedo_of):
+def _write_albedos(place, source, city, albedo_of):
     """Write an albedo file with the lines of another one, and the albedos of some buildings: its path.
 
     Raises

@@ -66,7 +66,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     log = log or RunLog(None)
     check_settings(request)
     settings = replace(settings, years=tuple(sorted(set(settings.years))))
-    check_world_settings(request, settings)
+    _check_world_settings(request, settings)
     settings = replace(settings, way=settings.way or ("paper" if request.method == "paper" else "exact"))
     request = modules_alone(request)
     if cluster:
@@ -81,7 +81,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
         log.write(f"Modules: DC without losses, {request.mounting}")
-        log.write("\n".join(describe_world(environments, source, sky)))
+        log.write("\n".join(_describe_world(environments, source, sky)))
         log.clock.lap("open weather")
         if cluster:
             asked, told = replace(request, sky=sky), {"folder": kept_beside(folder), "log": log}
@@ -102,12 +102,14 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
             for name in draw_world(work / "world.nc", work):
                 log.write(f"  {name}")
         log.clock.lap("write")
-        write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
+        write_summary(
+            work / "summary.json", _summarise_world(world, environments, request, settings, log.clock.seconds)
+        )
     drop_kept(folder, cluster)
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
-def check_world_settings(request, settings):
+def _check_world_settings(request, settings):
     """Refuse settings that mean nothing for a world."""
     grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
     unused = (*NOT_FOR_WORLDS, *(STATIONS_ONLY if grid else ()))
@@ -129,7 +131,7 @@ def modules_alone(request):
     return replace(request, mounting=mounting, losses=0.0, inverter=None)
 
 
-def describe_world(environments, source, sky):
+def _describe_world(environments, source, sky):
     """Environments, weather and places as lines of text."""
     lines = []
     for one in environments:
@@ -142,7 +144,7 @@ def describe_world(environments, source, sky):
     return [*lines, f"Sky: {sky}", f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
 
 
-def summarise_world(world, environments, request, settings, seconds):
+def _summarise_world(world, environments, request, settings, seconds):
     """What is needed to judge or to repeat a world: dict."""
     return {
         "world": vars(settings) | {"sky": world.sky},

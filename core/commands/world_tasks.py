@@ -60,13 +60,13 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
     band_of = np.cumsum([0, *map(len, source.chunks)])[:-1] // PLACES
     bands = [np.flatnonzero(band_of == one).tolist() for one in np.unique(band_of)]
     with keeping(folder, log.write), open_workers(cluster.cluster) as workers:
-        tasks = list_tasks(environments, bands, request, settings, folder)
+        tasks = _list_tasks(environments, bands, request, settings, folder)
         log.write(f"  {len(tasks):,} tasks; {workers.words}")
         threads = request.threads if cluster.cluster == SERIAL else 1
         missing = [(*task, threads) for _, task in tasks if read_told(Path(task[-1])) is None]
         before = len(tasks) - len(missing)  # finished by an earlier run
         log.progress(STAGE, 0, len(tasks), "tasks")
-        for done, _ in enumerate(run_tasks(workers, compute_band, missing), start=before + 1):
+        for done, _ in enumerate(run_tasks(workers, _compute_band, missing), start=before + 1):
             log.progress(STAGE, done, len(tasks), "tasks")
         for number, (*_, result) in tasks:
             with np.load(result) as stored:
@@ -78,9 +78,9 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
     return world
 
 
-def list_tasks(environments, bands, request, settings, folder):
-    """Write what tasks read: list of an environment's number, and `path`, `band` and `result` of `compute_band`."""
-    request = replace(request, weather=absolute_weather(request.weather), threads=None)
+def _list_tasks(environments, bands, request, settings, folder):
+    """Write what tasks read: list of an environment's number, and `path`, `band` and `result` of `_compute_band`."""
+    request = replace(request, weather=_absolute_weather(request.weather), threads=None)
     stamps, tasks = stamp_files(request.weather), []
     for number, environment in enumerate(environments):
         data = pickle.dumps((environment, request, replace(settings, mix=None)), protocol=5)
@@ -90,10 +90,10 @@ def list_tasks(environments, bands, request, settings, folder):
     return tasks
 
 
-def absolute_weather(weather):
+def _absolute_weather(weather):
     """The same files for a worker that runs in another folder."""
     if isinstance(weather, list):
-        return [absolute_weather(one) for one in weather]
+        return [_absolute_weather(one) for one in weather]
     return str(Path(weather).absolute()) if Path(weather).exists() else weather
 
 
@@ -105,7 +105,7 @@ def stamp_files(weather):
     return repr(changed).encode()
 
 
-def compute_band(path, band, result, threads):
+def _compute_band(path, band, result, threads):
     """Compute some chunks of a source's places for one environment, and write them to disk.
 
     Parameters

@@ -77,7 +77,7 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     log.clock.lap("electricity")
     write_tables(work, transfer, energy, weather, request, progress=log.progress)
     if transfer.base is not None:
-        write_before(work / BEFORE, transfer.base, weather, request)
+        _write_before(work / BEFORE, transfer.base, weather, request)
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
@@ -87,7 +87,7 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     return energy
 
 
-def write_before(path, transfer, weather, request):
+def _write_before(path, transfer, weather, request):
     """Write the hours of a city before its edit, by light that was solved again, with their errors."""
     energy = compute_energy(transfer, weather, replace(request, series=()))
     columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
@@ -110,7 +110,7 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
         log.write(f"  {words}")
     log.clock.lap("shares of effects")
     if tiles:
-        summary["tiles"] = state_bound(tiles, transfer, energy, weather)
+        summary["tiles"] = _state_bound(tiles, transfer, energy, weather)
         log.write(f"  {describe_bound(summary['tiles'])}")
     write_summary(work / "summary.json", summary | (beside or {}))
     return summary["totals"]
@@ -144,7 +144,7 @@ def draw_city(city, scene, request):
     return city_with_racks(cells, scene)
 
 
-def state_bound(tiles, transfer, energy, weather):
+def _state_bound(tiles, transfer, energy, weather):
     """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces' irradiation: dict."""
     chosen = energy.eligible & np.isfinite(energy.poa_global_annual)
     area = transfer.surfaces.area[chosen]

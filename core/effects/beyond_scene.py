@@ -32,11 +32,11 @@ def decide_terrain(inputs):
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     horizon, corners = inputs.horizons
     highest, azimuth = horizon.elevation.max(), horizon.azimuth[horizon.elevation.argmax()]
-    where = f"{highest:.1f}° in the {name_point(azimuth)} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
+    where = f"{highest:.1f}° in the {_name_point(azimuth)} (azimuth {azimuth:.0f}°){_seen_from(horizon)}"
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
-        bound = largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
+        bound = _largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
     # The horizons of buildings lie between those of the corners: between their lowest and their highest edge.
     edges = [one.elevation for one in (horizon, *corners)]
@@ -46,8 +46,8 @@ def decide_terrain(inputs):
         low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
         return np.abs(high - low)
 
-    bound = largest_share(inputs, between, horizon)
-    reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
+    bound = _largest_share(inputs, between, horizon)
+    reason, hidden = f"it rises to {where}", _find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
     if corners:
@@ -56,28 +56,28 @@ def decide_terrain(inputs):
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
     extent = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
     if inputs.weather is not None:
-        year = year_of(inputs)
+        year = _year_of(inputs)
         behind, whole = (sum_direct(year, UP, some)[0] for some in (~is_above(horizon, year.towards), slice(None)))
         extent += f" and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
     return Effect(TERRAIN, True, extent, reason, bound)
 
 
-def name_point(azimuth):
+def _name_point(azimuth):
     """Point of the compass: "south-west" of 225°."""
     return POINTS[round(azimuth / 45) % 8]
 
 
-def seen_from(horizon):
+def _seen_from(horizon):
     """Height of the ground from which a raster's terrain is seen, and where its heights end too early, in words."""
     if horizon.eye is None:
         return ""
     least = int(horizon.known.argmin())
-    distance, point = horizon.known[least], name_point(horizon.azimuth[least])
+    distance, point = horizon.known[least], _name_point(horizon.azimuth[least])
     far = f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
     return f" from ground at {horizon.eye:.0f} m{far}"
 
 
-def find_hidden(inputs, horizon):
+def _find_hidden(inputs, horizon):
     """Suns that represent no interval of the year with the sun above the horizon: (k, 3) float32.
 
     A sun just behind the horizon is needed where intervals in the open lie between it and the next one.
@@ -93,13 +93,13 @@ def find_hidden(inputs, horizon):
     return suns.direction[(used == 0) & ~is_above(lower, suns.direction)].astype(np.float32)
 
 
-def year_of(inputs):
+def _year_of(inputs):
     """SunlitYear of the weather, under the sky that the run asks for."""
     sky = inputs.request.sky if inputs.request.sky == "isotropic" else "perez"
     return sunlit_year(inputs.weather, split_sky(inputs.weather, sky))
 
 
-def largest_share(inputs, change, behind=None):
+def _largest_share(inputs, change, behind=None):
     """Largest change of the light on a plane that a receiver lies in, or on level ground, which reflects.
 
     Shares of what the plane receives unobstructed: shade makes the change smaller, and the light as well.
@@ -119,15 +119,15 @@ def largest_share(inputs, change, behind=None):
     """
     if inputs.weather is None:
         return None
-    year, albedo, surfaces = year_of(inputs), inputs.request.ground_albedo, inputs.scene.surfaces
-    normal = np.concatenate([UP, planes_of(surfaces, counted_surfaces(surfaces))])
+    year, albedo, surfaces = _year_of(inputs), inputs.request.ground_albedo, inputs.scene.surfaces
+    normal = np.concatenate([UP, _planes_of(surfaces, counted_surfaces(surfaces))])
     light = first_light(year, normal)
     if behind is not None:
         light = light - light_behind(year, normal, behind, albedo)[0]
     return float(np.max(change(year, normal, albedo) / np.maximum(light, 1e-9)))
 
 
-def planes_of(surfaces, members):
+def _planes_of(surfaces, members):
     """Normals of some surfaces, alike ones once: (k, 3) float64."""
     angles = np.stack([surfaces.surface_tilt, surfaces.surface_azimuth]).astype(float)[:, members]
     return sun_direction(*np.unique(STEP * np.round(angles / STEP), axis=1))  # it stands above its plane as a sun does
@@ -144,13 +144,13 @@ def decide_far_ground(inputs):
     plan = inputs.plan
     if not inputs.asked(FAR_GROUND, inputs.request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
-        return Effect(FAR_GROUND, False, "none", words, share_left_out(inputs))
+        return Effect(FAR_GROUND, False, "none", words, _share_left_out(inputs))
     if not plan.reflections:
         words = "it only shines by reflection, and nothing is reflected"
         return Effect(FAR_GROUND, False, "none", words, 0.0, share=0.0)
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
-    bound = share_left_out(inputs) if inputs.unshaded else None
+    bound = _share_left_out(inputs) if inputs.unshaded else None
     if bound is not None:
         # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
         surfaces = inputs.scene.surfaces
@@ -161,7 +161,7 @@ def decide_far_ground(inputs):
     return Effect(FAR_GROUND, True, "once reflected", words, bound)
 
 
-def share_left_out(inputs):
+def _share_left_out(inputs):
     """Share of the light of any kind and orientation that a dark far ground takes at most; None without weather.
 
     Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other surfaces pass on it
@@ -174,7 +174,7 @@ def share_left_out(inputs):
         level = year.dome + direct @ np.maximum(year.towards[:, 2], 0)
         return albedo * level * ground_view_of_tilt(normal, terrain)[None]
 
-    gained = largest_share(inputs, light_of_ground, terrain)
+    gained = _largest_share(inputs, light_of_ground, terrain)
     return None if gained is None else gained / (1 + gained)
 
 
@@ -227,7 +227,7 @@ def decide_perez(inputs):
     area = float(np.asarray(surfaces.area)[counted].sum())
     change, words = np.zeros(0), ""
     if inputs.weather is not None and counted.any():
-        change = change_unshaded(inputs.weather, planes_of(surfaces, counted), inputs.request.ground_albedo)
+        change = change_unshaded(inputs.weather, _planes_of(surfaces, counted), inputs.request.ground_albedo)
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None

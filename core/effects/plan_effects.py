@@ -28,7 +28,7 @@ OF_MODULES = {  # key -> what is computed without the effect, how far it goes (a
 LAWS = {"module": "by the module's own law", "physical": "by Fresnel's equations", "ashrae": "by ASHRAE's law"}
 
 
-def decide_trees(inputs):
+def _decide_trees(inputs):
     """On where the model has vegetation: crowns that let part of the light through, in leaf and bare."""
     crowns, request = inputs.scene.trees, inputs.request
     if crowns is None:
@@ -41,7 +41,7 @@ def decide_trees(inputs):
     return Effect("trees", True, f"{len(crowns):,} trees, {months}", reason, None)
 
 
-def decide_specular(inputs):
+def _decide_specular(inputs):
     """Called for when a material, a mirror, glass or water, does not reflect by Lambert's law."""
     key, none = "specular", "no pass of photons"
     others = [one for one in inputs.materials if not isinstance(one.brdf, Lambertian)]
@@ -61,7 +61,7 @@ def decide_specular(inputs):
     return Effect(key, True, extent, f"they reflect {laws}", 0.0)
 
 
-def decide_of_modules(inputs, key):
+def _decide_of_modules(inputs, key):
     """Effects of the modules: on unless they are switched off."""
     off, extent, reason = OF_MODULES[key]
     if not inputs.asked(key, True):
@@ -70,7 +70,7 @@ def decide_of_modules(inputs, key):
 
 
 RULES = {
-    "trees": decide_trees,
+    "trees": _decide_trees,
     "sky-rays": partial(decide_rays, key="sky-rays"),
     "shadow-rays": partial(decide_rays, key="shadow-rays"),
     "terrain-horizon": decide_terrain,
@@ -78,8 +78,8 @@ RULES = {
     "reflections": decide_reflections,
     "far-ground": decide_far_ground,
     "perez": decide_perez,
-    "specular": decide_specular,
-    **{key: partial(decide_of_modules, key=key) for key in OF_MODULES},
+    "specular": _decide_specular,
+    **{key: partial(_decide_of_modules, key=key) for key in OF_MODULES},
 }
 
 

@@ -92,15 +92,15 @@ def decide_reflections(inputs):
         return Effect(REFLECTIONS, False, NO_BOUNCE, "every albedo is 0", 0.0, share=0.0)
     if not inputs.asked(REFLECTIONS, count != 0):
         inputs.plan.max_bounces = 0
-        return Effect(REFLECTIONS, False, NO_BOUNCE, "switched off", bound_beyond(0, brightest))
+        return Effect(REFLECTIONS, False, NO_BOUNCE, "switched off", _bound_beyond(0, brightest))
     inputs.plan.max_bounces = count or None
     if count:
-        return Effect(REFLECTIONS, True, count_of(count, "bounce"), "as asked", bound_beyond(count, brightest))
+        return Effect(REFLECTIONS, True, count_of(count, "bounce"), "as asked", _bound_beyond(count, brightest))
     words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
     return Effect(REFLECTIONS, True, words, "the light that is still on its way tells", GROUP_LIMIT)
 
 
-def bound_beyond(count, brightest):
+def _bound_beyond(count, brightest):
     """The largest share of light beyond a number of bounces: ρⁿ⁺¹/(1 - ρ) of the first light; None: no bound exists."""
     return brightest ** (count + 1) / (1 - brightest) if brightest < 1 else None
 
@@ -109,4 +109,4 @@ def count_surely(brightest):
     """The fewest bounces beyond which that bound is below WHOLE_LIMIT, at most MOST_BOUNCES."""
     if brightest >= 1:
         return MOST_BOUNCES
-    return next((n for n in range(1, MOST_BOUNCES) if bound_beyond(n, brightest) <= WHOLE_LIMIT), MOST_BOUNCES)
+    return next((n for n in range(1, MOST_BOUNCES) if _bound_beyond(n, brightest) <= WHOLE_LIMIT), MOST_BOUNCES)

@@ -73,13 +73,13 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
     sums, sunny = {}, []
     for state, own in states:  # trees carry leaves in some months and not in the others
         year = weather if own.all() else darken_hours(weather, ~own)
-        task = prepare_task(state, year, system, electric, split_sky(year, sky))
-        part = vars(sum_surfaces(task, groups.weight, threads, progress))
+        task = _prepare_task(state, year, system, electric, split_sky(year, sky))
+        part = vars(_sum_surfaces(task, groups.weight, threads, progress))
         capacity_factor[task.hours.interval] = part.pop("capacity_factor")
         sums = {name: sums.get(name, 0.0) + values for name, values in part.items()}
         sunny.append(float(task.hours.sunny.sum()))
         if len(rows):
-            add_series(task, found)
+            _add_series(task, found)
     hour = weather.interval / pd.Timedelta(hours=1)
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
@@ -107,10 +107,10 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
         series=found if len(rows) else None,
     )
     energy = state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
-    return energy if weather.zone is None else lay_series(energy, weather.zone)
+    return energy if weather.zone is None else _lay_series(energy, weather.zone)
 
 
-def lay_series(energy, zone):
+def _lay_series(energy, zone):
     """The same with its series on whole intervals of calendar years of a zone."""
     axis, share = lay_on_axis(energy.times, energy.interval, zone)
     series = energy.series
@@ -121,7 +121,7 @@ def lay_series(energy, zone):
 
 
 @dataclass
-class Task:
+class _Task:
     """Data shared by all blocks of surfaces."""
 
     transfer: object  # Transfer
@@ -140,12 +140,12 @@ class Task:
         return take_block(self.transfer, rows, group_weight=group_weight, **own)
 
 
-def prepare_task(transfer, weather, system, electric, sky):
+def _prepare_task(transfer, weather, system, electric, sky):
     """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib itself, more by tables."""
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     single = {name: one.astype(np.float32) if one.dtype.kind == "f" else one for name, one in vars(hours).items()}
-    return Task(
+    return _Task(
         transfer,
         hours if plain else Hours(**single),
         PvlibCurves(system) if plain else tabulate_power(system),
@@ -157,7 +157,7 @@ def prepare_task(transfer, weather, system, electric, sky):
     )
 
 
-def sum_surfaces(task, group_weight, threads, progress):
+def _sum_surfaces(task, group_weight, threads, progress):
     """Process all surfaces in blocks on all threads, and sum in the order of the blocks.
 
     Parameters
@@ -179,7 +179,7 @@ def sum_surfaces(task, group_weight, threads, progress):
     single = (np.zeros(count) for _ in range(3))
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
     total = BlockSums(*single, *periods, np.zeros((hours, group_weight.shape[1])))
-    for rows, sums in sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
+    for rows, sums in _sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
         for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
             getattr(total, name)[rows] = getattr(sums, name)
         total.capacity_factor += sums.capacity_factor
@@ -188,7 +188,7 @@ def sum_surfaces(task, group_weight, threads, progress):
     return total
 
 
-def sum_blocks(task, blocks, weigh, threads):
+def _sum_blocks(task, blocks, weigh, threads):
     """Process blocks of surfaces on all threads: yields the rows and BlockSums of each, in their order.
 
     The surfaces of a block, rows (m,) int, have full load hours all or none; `weigh(rows)` gives their weights in the
@@ -204,7 +204,7 @@ def sum_blocks(task, blocks, weigh, threads):
         yield from map_in_order(run, blocks, usable_threads(threads))
 
 
-def add_series(task, series):
+def _add_series(task, series):
     """Write the values of the intervals of a task into an HourlySeries."""
     block = task.block(series.rows, np.zeros((len(series.rows), 0)))
     for first, last in task.hours.chunks():
@@ -255,8 +255,8 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
 
     for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = darken_hours(weather, ~own)
-        task = prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
-        for block, sums in sum_blocks(task, blocks, share_out, threads):
+        task = _prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
+        for block, sums in _sum_blocks(task, blocks, share_out, threads):
             power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor
     if weather.zone is not None:
         power = (lay_on_axis(weather.data.index, weather.interval, weather.zone)[1] @ power).astype(np.float32)

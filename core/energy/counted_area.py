@@ -19,7 +19,7 @@ STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, wi
 
 
 @dataclass
-class CountedArea:
+class _CountedArea:
     """The area that counts, of n surfaces."""
 
     kind: np.ndarray  # (n,) str; facade also where overhangs count as such
@@ -59,7 +59,7 @@ def find_counted_area(transfer, system):
         pairs = zip(found, (kind, orientation, eligible), strict=True)
         kind, orientation, eligible = (np.where(chosen, one, own) for one, own in pairs)
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
-    taken = np.minimum(covered + share_without_room(transfer, system), 1.0)
+    taken = np.minimum(covered + _share_without_room(transfer, system), 1.0)
     open_area = area * (1.0 - taken)
     whole = system.hidden_walls == "count"
     free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & ((taken <= MOST_COVERED) | whole)
@@ -68,10 +68,10 @@ def find_counted_area(transfer, system):
     eligible &= free
     counted_area = np.where(eligible | flat_roof, area if whole else open_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
-    return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
+    return _CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
 
 
-def share_without_room(transfer, system):
+def _share_without_room(transfer, system):
     """Share of surfaces that is open but has no room for a module: (n,); 0 where nothing is known of it."""
     if transfer.no_room is None:
         return np.zeros(len(transfer.surfaces))
@@ -87,7 +87,7 @@ def find_lit_share(transfer, system):
     Modules on the open part of a surface get its light: the mean over the whole surface divided by this share. Modules
     that are counted where it is covered, or has no room, are dark.
     """
-    covered, cramped = np.asarray(transfer.covered_share, float), share_without_room(transfer, system)
+    covered, cramped = np.asarray(transfer.covered_share, float), _share_without_room(transfer, system)
     # Much of the light of a surface that is mostly without room is that in the gap before it.
     dark = np.where(covered + cramped <= MOST_COVERED, covered + cramped, covered)
     return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)
@@ -112,7 +112,7 @@ def sum_left_out(transfer, system):
     surfaces, counted = transfer.surfaces, find_counted_area(transfer, system)
     kind, thematic, area = counted.kind, np.asarray(surfaces.thematic, str), np.asarray(surfaces.area, float)
     leaves, covered = system.hidden_walls == "leave-out", np.asarray(transfer.covered_share, float)
-    cramped, no_room = share_without_room(transfer, system), f"no room: another face within {system.clearance:g} m"
+    cramped, no_room = _share_without_room(transfer, system), f"no room: another face within {system.clearance:g} m"
     large, tilt = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.asarray(surfaces.surface_tilt)
     upright = np.where(kind == "facade", 90.0, tilt)  # overhangs that count
     facing = classify(large, upright, surfaces.surface_azimuth, thematic, system.sectors)[2]
@@ -172,13 +172,13 @@ def classify_again(transfer, sectors):
     _, orientation, eligible = classify(*shapes, sectors)
     orientation, eligible = np.where(ground, "none", orientation), eligible & ~ground
     known = classify(*shapes, before)[2]
-    eligible = np.where(known, eligible & old.eligible, eligible & ~find_drawn_twice(transfer))
+    eligible = np.where(known, eligible & old.eligible, eligible & ~_find_drawn_twice(transfer))
     orientation = np.where(rack, orient_racks(old.surface_tilt, old.surface_azimuth, sectors), orientation)
     surfaces = replace(old, orientation=orientation, eligible=eligible | rack)
     return replace(transfer, surfaces=surfaces, bare=transfer.bare and replace(transfer.bare, surfaces=surfaces))
 
 
-def find_drawn_twice(transfer):
+def _find_drawn_twice(transfer):
     """Surfaces that lie on others which face the same way: (n,) bool; none where no outlines were kept."""
     surfaces, outlines = transfer.surfaces, transfer.outlines
     kind, twins = np.asarray(surfaces.kind), np.zeros(len(surfaces), bool)
@@ -192,7 +192,7 @@ def find_drawn_twice(transfer):
 
 
 @dataclass
-class Groups:
+class _Groups:
     """The groups that have eligible surfaces."""
 
     names: list  # (g,) of (kind, orientation)
@@ -224,7 +224,7 @@ def find_groups(counted, area):
     weight = np.zeros((len(kind), len(pairs)))
     for column, member in enumerate(members):
         weight[member, column] = np.asarray(area)[member] / total[column]
-    return Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
+    return _Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
 
 
 def name_group(kind, orientation):

@@ -232,14 +232,14 @@ class PowerTables:
         """IAM of direct light; overwrites the cosine of the angle of incidence."""
         np.subtract(np.float32(1), aoi_projection, out=aoi_projection)
         np.sqrt(np.maximum(aoi_projection, 0, out=aoi_projection), out=aoi_projection)
-        return look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
+        return _look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
 
     def power_at(self, effective, temp_cell):
         """DC power over nominal power: irradiance times a polynomial in the cell temperature, which is overwritten."""
         temp_cell -= np.float32(MIDDLE)
         temp_cell /= np.float32(HALF)
         scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
-        *rest, power = look_up(self.efficiency, np.sqrt(effective), scale)
+        *rest, power = _look_up(self.efficiency, np.sqrt(effective), scale)
         for term in reversed(rest):
             power *= temp_cell
             power += term
@@ -262,7 +262,7 @@ def tabulate_power(system):
     return PowerTables(*single, np.float32(exact.diffuse_share), system)
 
 
-def look_up(table, values, scale):
+def _look_up(table, values, scale):
     """Entries of the nodes nearest to some values.
 
     Parameters

@@ -58,7 +58,7 @@ class Module:
 
 
 @dataclass(frozen=True)
-class Inverter:
+class _Inverter:
     """An inverter that is scaled to the modules."""
 
     name: str
@@ -75,7 +75,7 @@ class PvSystem:
     incidence: str = "sapm"  # incidence angle modifier: sapm, physical, ashrae
     diffuse_incidence: bool = False  # whether diffuse light has an incidence angle modifier, too
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
-    inverter: Inverter | None = None
+    inverter: _Inverter | None = None
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
     clearance: float = CLEARANCES[1]  # [m] to a face turned against a module, below which there is no room for it
     sectors: str = "8"  # or paper: azimuths that count
@@ -155,9 +155,9 @@ def pick_module(name):
     InputError
         If no module or several match the name, or the library lacks a parameter of it.
     """
-    library, key = search_library(name, (SANDIA, CEC), option="--module")
+    library, key = _search_library(name, (SANDIA, CEC), option="--module")
     size, current, voltage = POSITIVE[library]
-    parameters = read_parameters(library, key, NEEDED[library], POSITIVE[library], option="--module")
+    parameters = _read_parameters(library, key, NEEDED[library], POSITIVE[library], option="--module")
     return Module(key, library, parameters, parameters[size], parameters[current] * parameters[voltage])
 
 
@@ -187,9 +187,9 @@ def pick_inverter(name, dc_ac_ratio=1.0):
         If no inverter or several match the name, or the library lacks a parameter of it.
     """
     if name.lower() == PVWATTS:
-        return Inverter(PVWATTS, {}, dc_ac_ratio)
-    library, key = search_library(name, ("CECInverter", "SandiaInverter"), option="--inverter")
-    return Inverter(key, read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio)
+        return _Inverter(PVWATTS, {}, dc_ac_ratio)
+    library, key = _search_library(name, ("CECInverter", "SandiaInverter"), option="--inverter")
+    return _Inverter(key, _read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio)
 
 
 @lru_cache
@@ -198,7 +198,7 @@ def read_library(library):
     return pvlib.pvsystem.retrieve_sam(library)
 
 
-def read_parameters(library, key, names, positive=(), *, option):
+def _read_parameters(library, key, names, positive=(), *, option):
     """Parameters of a product by their names, none of them missing, some of them positive: dict of float."""
     row = read_library(library)[key]
     found = {name: float(row[name]) for name in names}
@@ -209,7 +209,7 @@ def read_parameters(library, key, names, positive=(), *, option):
     return found
 
 
-def search_library(text, libraries, *, option):
+def _search_library(text, libraries, *, option):
     """Find the one product that a name, or a part of it, matches.
 
     Case, spaces and punctuation are ignored. A full name takes precedence over a part of one, and a part over words in

@@ -75,7 +75,7 @@ def add_errors(errors, rows, weight, label, count):
 
 
 @dataclass
-class HourErrors:
+class _HourErrors:
     """Parts of the errors of the full load hours of n surfaces."""
 
     own: np.ndarray  # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
@@ -110,7 +110,7 @@ def errors_of_energy(transfer, weather, energy):
     own = np.where(np.isnan(full_load_hours), np.nan, own)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     shares = [[sun_sampling_share(transfer.record, name, part) for name in names] for part in ("bias", "rms")]
-    return HourErrors(own, passed_on, discretisation, points, *(full_load_hours * np.array(shares)))
+    return _HourErrors(own, passed_on, discretisation, points, *(full_load_hours * np.array(shares)))
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):

@@ -138,7 +138,7 @@ def sum_block(block, hours, model):
         if part.year[0] >= 0:
             by_year[:, part.year[0]] += sums
         of_groups[first:last] = power @ block.group_weight
-    relative, poa = add_linear_parts(block, hours, weights, direct_sums)
+    relative, poa = _add_linear_parts(block, hours, weights, direct_sums)
     # The light and the power of the open part, as means over the whole surface.
     means = (sums * block.lit_share for sums in (relative, poa, dc))
     return BlockSums(*means, *(sums * block.lit_share[:, None] for sums in (by_month, by_year)), of_groups)
@@ -170,23 +170,23 @@ def run_model(model, block, hours, direct, projection):
     diffuse *= hours.sunward
     diffuse += np.concatenate([hours.dome, hours.level], axis=1) @ np.stack([block.diffuse, block.far_ground])
     if hours.sources.any():
-        diffuse += split_sources(hours) @ block.sources
+        diffuse += _split_sources(hours) @ block.sources
     effective = diffuse
     if (block.iam < 1).any():
         sky, reflected, *sources = block.iam
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
-            effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
+            effective += _split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
     dc = dc_factor(model, direct, diffuse, effective, projection, hours=hours, mounting=block.mounting)
     return direct, diffuse, dc
 
 
-def split_sources(hours):
+def _split_sources(hours):
     """Light of traced sources that are brighter, and then darker than the dome: (h, 2 k) [Wm⁻²]."""
     return np.concatenate([np.maximum(hours.sources, 0), np.minimum(hours.sources, 0)], axis=1)
 
 
-def add_linear_parts(block, hours, weights, direct_sums):
+def _add_linear_parts(block, hours, weights, direct_sums):
     """Add the parts that are linear in the Transfer to the sums over hours.
 
     Parameters
@@ -212,7 +212,7 @@ def add_linear_parts(block, hours, weights, direct_sums):
         sums[row] += per_sun @ block.reflected
         sums[row] += float(level[row].sum(dtype=float)) * block.far_ground.astype(float)
     poa = sums[1] + float(hours.dome.sum(dtype=float)) * block.diffuse.astype(float)
-    return sums[0], poa + split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(float)
+    return sums[0], poa + _split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(float)
 
 
 def filled_share(transfer, rows, dtype=np.float32):

@@ -25,7 +25,7 @@ from .traced import FirstLight
 MOST_POINTS = 1024  # of a net; larger ones stay apart
 
 
-class Net(NamedTuple):
+class _Net(NamedTuple):
     """Light at the points of a digital net on each of k patches."""
 
     before: int  # points of the sequence before it
@@ -126,7 +126,7 @@ def add_points(one, new, share, *, keys, before, whole, covered):
         Covered share.
     """
     rows = np.flatnonzero(whole & new.sent)
-    nets = join_nets(keys[rows], [*(one.nets or [Net(0, one.by_point[rows])]), Net(before, new.by_point[rows])])
+    nets = _join_nets(keys[rows], [*(one.nets or [_Net(0, one.by_point[rows])]), _Net(before, new.by_point[rows])])
     variance = blend_variance(one.variance, new.variance, share)
     variance[rows] = variance_of_points([net.light for net in nets], covered[rows], one.unshaded[rows])
     spread = np.sqrt(blend_variance(one.spread**2, new.spread**2, share[:, None])).astype(np.float32)
@@ -141,7 +141,7 @@ def add_points(one, new, share, *, keys, before, whole, covered):
     )
 
 
-def join_nets(keys, nets):
+def _join_nets(keys, nets):
     """Nets of which none continues the one before it: list of Net."""
     joined = []
     for net in nets:
@@ -153,5 +153,5 @@ def join_nets(keys, nets):
             if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
                 break
             shifts = tuple(shift_points(keys, np.full(len(keys), half.before)) for half in (one, other))
-            joined[-2:] = [Net(one.before, merge_nets(shifts, (one.light, other.light)))]
+            joined[-2:] = [_Net(one.before, merge_nets(shifts, (one.light, other.light)))]
     return joined

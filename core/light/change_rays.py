@@ -18,7 +18,7 @@ from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 MARGIN = 1e-3  # [m] around what has changed: more than rounding of places in single precision
 
 
-def scene_of_corners(corners):
+def _scene_of_corners(corners):
     """Triangles, (k, 3, 3) [m], alone: RayScene."""
     return RayScene(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
@@ -41,16 +41,16 @@ def find_changed_rows(before, now, patches, rows, change):
     -------
     (c,) int
     """
-    solids, crowns = scene_of_corners(change.solids), scene_of_corners(change.crowns)
+    solids, crowns = _scene_of_corners(change.solids), _scene_of_corners(change.crowns)
     (rows, counts), boxes = rows, change.boxes
-    ahead = look_ahead(patches, rows, boxes)
+    ahead = _look_ahead(patches, rows, boxes)
     rows, counts = rows[ahead], counts[ahead]
 
     def differ(task):
         chosen, count = task
         other = np.zeros(len(chosen), bool)
         for owner, origins, directions in _rays_of_patches(before, patches, chosen, count):
-            near = meet_boxes((origins, directions), boxes, MARGIN)
+            near = _meet_boxes((origins, directions), boxes, MARGIN)
             own, start, towards = owner[near], origins[near], directions[near]
             # Leaves stop rays by chance: what passes a changed crown counts as changed.
             other[own[crowns.trace_closest(start, towards) >= 0]] = True
@@ -79,7 +79,7 @@ def _rays_of_patches(city, patches, chosen, count):
         yield np.repeat(owner, origins.shape[1]), origins.reshape(-1, 3), directions.reshape(-1, 3)
 
 
-def look_ahead(patches, rows, boxes):
+def _look_ahead(patches, rows, boxes):
     """Which patches, (r,) int, have any part of a box in front of their plane: (r,) bool."""
     normal, corner = patches.normal[rows].astype(float), patches.corner[rows].astype(float)
     found = np.zeros(len(rows), bool)
@@ -89,7 +89,7 @@ def look_ahead(patches, rows, boxes):
 
 
 @njit(nogil=True, cache=True)
-def meet_boxes(rays, boxes, margin):
+def _meet_boxes(rays, boxes, margin):
     """Which rays, origins and unit directions, (m, 3) float32 each, meet any box, (b, 2, 3): (m,) bool."""
     origins, directions = rays
     found = np.zeros(len(origins), np.bool_)
@@ -134,7 +134,7 @@ def find_shadowed(watch, rows, directions, change):
     patches, found = watch.patches, np.zeros((len(rows), len(directions)), bool)
     if not len(change.boxes):
         return found
-    small = scene_of_corners(np.concatenate([change.solids, change.crowns]))
+    small = _scene_of_corners(np.concatenate([change.solids, change.crowns]))
     corners = patches.corner[rows, None].astype(float) + np.pad(
         patches.edges[rows].astype(float), ((0, 0), (1, 0), (0, 0))
     )
@@ -144,7 +144,7 @@ def find_shadowed(watch, rows, directions, change):
 
     def look(part):
         behind = np.zeros((len(rows[part]), len(directions)), bool)
-        find_suns_behind(tuple(one[part] for one in balls), towards, change.boxes, behind)
+        _find_suns_behind(tuple(one[part] for one in balls), towards, change.boxes, behind)
         asked = np.flatnonzero(behind.any(axis=1))
         for start in range(0, len(asked), 1 << 10):
             some = asked[start : start + (1 << 10)]
@@ -158,7 +158,7 @@ def find_shadowed(watch, rows, directions, change):
 
 
 @njit(nogil=True, cache=True)
-def find_suns_behind(patches, directions, boxes, found):
+def _find_suns_behind(patches, directions, boxes, found):
     """Whether a sun in front of a patch may stand behind any of some boxes.
 
     Parameters

@@ -160,7 +160,7 @@ def _first_reflections(edit, state):
         some = part.chosen
         own = ~lost[some] & (context.owner[some] >= 0)
         if own.any():
-            add_changes(
+            _add_changes(
                 (some, part.start, part.key, own),
                 (*scales_of(old_ff), old_ff.cells),
                 (number, starts, sun, sign),
@@ -204,7 +204,7 @@ def _list_changes(now, before):
 
 
 @njit(nogil=True, cache=True)
-def add_changes(rows, scale, changes, patches, surfaces):
+def _add_changes(rows, scale, changes, patches, surfaces):
     """Add to surfaces what rays carry to them from elements that see a sun now, or no longer.
 
     Parameters

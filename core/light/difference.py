@@ -40,12 +40,12 @@ def errors_of_difference(before, after):
     rows = np.array(pairs, int).reshape(-1, 2).T
     cities = before.city, after.city
     most = max(cities, key=lambda city: len(city.states))
-    found = [difference_of_state(cities, rows, state) for state in range(len(most.states))]
+    found = [_difference_of_state(cities, rows, state) for state in range(len(most.states))]
     found = join_seasons(found, most.prepared.plan.foliage)
     return replace(found, record=replace(found.record, sun_sampling=None)), rows
 
 
-def take_brighter(one, other, rows):
+def _take_brighter(one, other, rows):
     """Surfaces that two cities have, each as in the one where it has more light in a year: Transfer.
 
     Parameters
@@ -65,7 +65,7 @@ def take_brighter(one, other, rows):
     return taken
 
 
-def difference_of_state(cities, rows, state):
+def _difference_of_state(cities, rows, state):
     """The same of one state of the trees, 0 in leaf, 1 bare: Transfer.
 
     Parameters
@@ -74,7 +74,7 @@ def difference_of_state(cities, rows, state):
     rows : (2, r) int
     state : int
     """
-    place = same_patches(*(city.prepared.patches for city in cities))
+    place = _same_patches(*(city.prepared.patches for city in cities))
     one, other = pairs = [city.states[min(state, len(city.states) - 1)] for city in cities]
     row_of = []
     for city, some in zip(cities, rows, strict=True):
@@ -110,7 +110,7 @@ def difference_of_state(cities, rows, state):
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
-    taken = take_brighter(one, other, rows)
+    taken = _take_brighter(one, other, rows)
     return replace(
         taken,
         diffuse_relative_standard_error=error[SKY_DOME],
@@ -127,7 +127,7 @@ def difference_of_state(cities, rows, state):
     )
 
 
-def same_patches(before, after):
+def _same_patches(before, after):
     """The patch before an edit that sends the same rays as each patch after it: (p,) int, -1 where there is none."""
     place = np.full(len(after), -1)
     rows = [np.flatnonzero(one.receives) for one in (before, after)]

@@ -101,12 +101,12 @@ def spread_of_elements(by_point, representative_points, covered):
     -------
     (p, cells) float32
     """
-    spread = spread_of_points(by_point)
+    spread = _spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     filled = by_point[partly]  # dark points get the mean of those that are lit
     mean = filled.sum(axis=1, keepdims=True) / np.maximum((filled > 0).sum(axis=1, keepdims=True), 1)
     filled = np.where(filled > 0, filled, mean).astype(np.float32)
-    spread[partly] = spread_of_points(filled)
+    spread[partly] = _spread_of_points(filled)
     spread = np.take_along_axis(spread, representative_points.astype(np.intp), axis=1)  # (p, cells)
     # In a cell on the edge of the covered part, the representative point may lie on the wrong side of it.
     share = shares_of_cells(covered[partly], spread.shape[1])
@@ -142,7 +142,7 @@ def deviations_of_spread(spread, keys):
     return deviation, step
 
 
-def spread_of_points(by_point):
+def _spread_of_points(by_point):
     """Standard deviation of each point about the mean light of its part of the patch: (p, m) float32.
 
     Up to 16 points, from the contrast of squares of four neighbours, with their gradients removed. With more points,

@@ -13,7 +13,7 @@ NONE, ONE = np.float32(0), np.float32(1)
 
 
 @njit(nogil=True, cache=True)
-def merge_row(row, rows, shift, met, weight):
+def _merge_row(row, rows, shift, met, weight):
     """Count the rays of one patch that hit the same place; a place is a key without its last bits.
 
     Parameters
@@ -71,7 +71,7 @@ def link_patches(rows, scale, factor):
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
     for row in range(len(chosen)):
         place, last, total = start[row] - 1, -1, 0.0  # what is lost in one reflection grows with their number
-        # Without branches, as in `merge_row`.
+        # Without branches, as in `_merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
             place += met != last
@@ -156,7 +156,7 @@ def add_visible(rows, scale, product, patches, suns):
         longest = max(longest, start[row + 1] - start[row])
     met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
     for row in range(len(chosen)):
-        found = merge_row(row, entries, to_cell, met, weight)
+        found = _merge_row(row, entries, to_cell, met, weight)
         total, share = product[chosen[row]], shares[chosen[row]]
         for place in range(0, found, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits

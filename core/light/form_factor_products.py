@@ -29,21 +29,21 @@ def multiply(form_factors, factor, light, threads=1):
         flat = factor.ravel()
         links = [
             list(map_in_order(lambda part: (part[0][0], link_patches(*part, flat)), parts, threads))
-            for parts in inputs_of(form_factors)
+            for parts in _inputs_of(form_factors)
         ]
         form_factors.links = factor, links
-    return run_loop(form_factors.links[1], np.zeros_like(light), threads, add_patches, light)
+    return _run_loop(form_factors.links[1], np.zeros_like(light), threads, add_patches, light)
 
 
 def multiply_elements(form_factors, radiosity, threads=1):
     """F times the radiosity of cells, (p, cells) float32: (p, HEMISPHERE_REPLICATES) float32, replicates separately."""
-    product = run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity.ravel(), 0)
+    product = _run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity.ravel(), 0)
     return product * np.float32(HEMISPHERE_REPLICATES)
 
 
 def multiply_starts(form_factors, radiosity, threads=1):
     """The same by the cells in which rays start: (p, starts) float32, whose sum is the light of the patch."""
-    return run_rows(form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS)
+    return _run_rows(form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS)
 
 
 def multiply_steps(form_factors, radiosity, threads=1):
@@ -56,7 +56,7 @@ def multiply_steps(form_factors, radiosity, threads=1):
     (p, 2) float32
         Of the second and of the third, the mean over the replicates.
     """
-    product = run_rows(form_factors, 2 * HEMISPHERE_REPLICATES + 1, threads, add_steps, radiosity.reshape(-1, 3))
+    product = _run_rows(form_factors, 2 * HEMISPHERE_REPLICATES + 1, threads, add_steps, radiosity.reshape(-1, 3))
     first, second, third = np.split(product, [HEMISPHERE_REPLICATES, 2 * HEMISPHERE_REPLICATES], axis=1)
     both = np.concatenate([second.sum(axis=1, keepdims=True), third], axis=1)
     return *(part * np.float32(HEMISPHERE_REPLICATES) for part in (first, second)), both
@@ -79,7 +79,7 @@ def multiply_visible(form_factors, patches, suns, threads=1):
     """
     directions, visible = suns
     suns = np.ascontiguousarray(directions.T), visible
-    return run_rows(form_factors, visible.shape[2], threads, add_visible, patches, suns)
+    return _run_rows(form_factors, visible.shape[2], threads, add_visible, patches, suns)
 
 
 def multiply_columns(form_factors, factor, light, threads=1):
@@ -95,16 +95,16 @@ def multiply_columns(form_factors, factor, light, threads=1):
     (p, HEMISPHERE_REPLICATES) float32
     """
     places = light.reshape(-1, HEMISPHERE_REPLICATES)
-    return run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_columns, factor, places)
+    return _run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_columns, factor, places)
 
 
-def run_rows(form_factors, columns, threads, loop, *arrays):
+def _run_rows(form_factors, columns, threads, loop, *arrays):
     """Run a loop over all rows: its product, (p, columns) float32."""
     product = np.zeros((form_factors.count, columns), np.float32)
-    return run_loop(inputs_of(form_factors), product, threads, loop, *arrays)
+    return _run_loop(_inputs_of(form_factors), product, threads, loop, *arrays)
 
 
-def run_loop(rounds, product, threads, loop, *arrays):
+def _run_loop(rounds, product, threads, loop, *arrays):
     """Run a loop over the parts of each round, given by its first arguments: the product, to which it adds."""
     for parts in rounds:
         for _ in map_in_order(lambda part: loop(*part, product, *arrays), parts, threads):
@@ -112,7 +112,7 @@ def run_loop(rounds, product, threads, loop, *arrays):
     return product
 
 
-def inputs_of(form_factors):
+def _inputs_of(form_factors):
     """`rows` and `scale` of the compiled loops: in each round a list of both."""
     scale = scales_of(form_factors)
     return [[((rows.chosen, rows.start, rows.key), scale) for rows in some] for some in form_factors.rounds]

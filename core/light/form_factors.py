@@ -25,7 +25,7 @@ class Rows:
 
     chosen: np.ndarray  # (c,) int, patches
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
-    key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
+    key: np.ndarray  # (e,) int32, of `_make_keys`, ascending within a patch
     rays: int  # of each replicate of each patch
 
 
@@ -104,13 +104,13 @@ def count_hits(chosen, hits, places, cells, starts=None):
     keys = np.empty(hits[0].shape, np.int32)
     start = np.zeros(len(keys) + 1, np.int64)
     places = tuple(weights.reshape(keys.shape) for weights in places)
-    make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
+    _make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
     keys.sort(axis=1)
     return Rows(chosen, start, keys[keys >= 0], rays // HEMISPHERE_REPLICATES)
 
 
 @njit(nogil=True, cache=True)
-def make_keys(hits, places, starts, keys, start):
+def _make_keys(hits, places, starts, keys, start):
     """Write the keys of hits, -1 for those that do not count, and into `start` where the hits of each patch begin.
 
     A key is ((patch hit · cells + cell) · starts + start cell of the ray) · HEMISPHERE_REPLICATES + replicate.

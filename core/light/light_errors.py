@@ -81,8 +81,8 @@ def reflect_elements(context, traced, first):
         first_bounce = multiply_elements(form_factors, albedo[:, None] * first, threads)
         return first_bounce, np.zeros((count, 2), np.float32), np.zeros(count)
     open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
-    whole = average_groups(first, open_share, np.zeros(cells, int))
-    halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
+    whole = _average_groups(first, open_share, np.zeros(cells, int))
+    halves = _average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
     steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
     radiosity = albedo[:, None, None] * np.stack([first, *steps], axis=2)
     first_bounce, by_replicate, received = multiply_steps(form_factors, radiosity, threads)
@@ -99,7 +99,7 @@ def shares_of_cells(covered, cells):
     return share
 
 
-def average_groups(light, open_share, groups):
+def _average_groups(light, open_share, groups):
     """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells) float32."""
     found = np.empty_like(light)
     for group in range(groups.max() + 1):

@@ -93,13 +93,13 @@ def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, thr
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
     rows = np.flatnonzero(wanted & asked)
     tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
-    found = map_in_order(lambda chosen: find_cramped(ray_scene, patches, chosen, clearances), tasks, threads)
+    found = map_in_order(lambda chosen: _find_cramped(ray_scene, patches, chosen, clearances), tasks, threads)
     for chosen, cramped in zip(tasks, found, strict=True):
         share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
     return share
 
 
-def find_cramped(ray_scene, patches, chosen, clearances):
+def _find_cramped(ray_scene, patches, chosen, clearances):
     """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k, cells) bool."""
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole

@@ -64,14 +64,14 @@ def merge_rounds(total, other):
         raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
     counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
     weight = counts[1] / sum(counts)
-    parts = merge_parts(total.error_parts, other.error_parts, weight, counts[0])
+    parts = _merge_parts(total.error_parts, other.error_parts, weight, counts[0])
     left = (None, None, None, None) if parts is None else (
         parts.diffuse_passed_on, parts.diffuse_discretisation, parts.direct_passed_on, parts.direct_discretisation
     )  # fmt: skip
     own = [blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)]
     return replace(
         total,
-        **merge_light(total, other, weight),
+        **_merge_light(total, other, weight),
         diffuse_relative_standard_error=whole_error(own[0], *left[:2]),
         direct_annual_standard_error=whole_error(own[1], *left[2:]),
         error_parts=parts,
@@ -80,7 +80,7 @@ def merge_rounds(total, other):
     )
 
 
-def merge_light(total, other, weight):
+def _merge_light(total, other, weight):
     """Light of two Transfers, with the weight of the second: dict of fields.
 
     The matrices of surfaces × suns of the first are overwritten, in blocks of rows.
@@ -120,7 +120,7 @@ def whole_error(own, transported, discretisation):
     return np.sqrt(own if transported is None else own + variance_of_mean(transported) + discretisation**2)
 
 
-def merge_parts(one, other, weight, rounds):
+def _merge_parts(one, other, weight, rounds):
     """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they have none."""
     if one is None:
         return None
@@ -170,15 +170,15 @@ def merge_records(one, other, weight):
     """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is unknown."""
     if one is None or other is None:
         return None
-    sums = {name: combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
-    means = {name: combine(getattr(one, name), getattr(other, name), (1 - weight, weight)) for name in SHARES}
+    sums = {name: _combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
+    means = {name: _combine(getattr(one, name), getattr(other, name), (1 - weight, weight)) for name in SHARES}
     return replace(one, rounds=one.rounds + other.rounds, **sums, **means)
 
 
-def combine(one, other, weights):
+def _combine(one, other, weights):
     """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is unknown."""
     if one is None or other is None:
         return None
     if isinstance(one, dict):
-        return {key: combine(value, other.get(key, 0), weights) for key, value in one.items()}
+        return {key: _combine(value, other.get(key, 0), weights) for key, value in one.items()}
     return weights[0] * one + weights[1] * other

@@ -56,29 +56,29 @@ def add_round(city, size, progress, folder=None):
     clock, traced, before = Clock(), [one.traced for one in city.states], city.states[0].transfer.record.rounds
     context = replace(city.context, progress=progress, covered=traced[0].covered)
     counted, seconds = dict(traced[0].ray_count), context.ray_scene.thread_seconds
-    append_rays(context, traced, size, before)
+    _append_rays(context, traced, size, before)
     for one in traced:
         fill_closed_forms(context, one)
         if context.plan.reflections:
             one.factor = element_factors(context, one)
     clock.lap(STAGE)
     lights = [solve_skies(context, one, None, clock) for one in traced]
-    direct = trace_suns(context, city, size, before, folder)
+    direct = _trace_suns(context, city, size, before, folder)
     for state, light, found in zip(city.states, lights, direct, strict=True):
         light[SUNS] = solve_annual(context, state.traced, found.annual)
         if context.bounces:
-            add_first_reflections(state.direct, found.once, size / (before + size))
-        found.reflected = scale_reflected(context, state, found.annual, light[SUNS], folder)
+            _add_first_reflections(state.direct, found.once, size / (before + size))
+        found.reflected = _scale_reflected(context, state, found.annual, light[SUNS], folder)
     clock.lap("suns")
     rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
     work, states = tell_work(context, (rays, direct[0].ray_count), clock, seconds), []
     for state, light, found in zip(city.states, lights, direct, strict=True):
-        states.append(with_round(context, state, (light, found), size, work))
+        states.append(_with_round(context, state, (light, found), size, work))
         work |= {"seconds": {}, "processor_seconds": {}}
     return replace(city, states=states)
 
 
-def continue_points(context, before):
+def _continue_points(context, before):
     """A GatherContext whose patches go on in their sequences of points, after so many rounds of size 1."""
     patches, count = context.patches, len(context.patches)
     rays = max(-(-context.request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
@@ -90,13 +90,13 @@ def continue_points(context, before):
     return replace(context, patches=patches)
 
 
-def append_rays(context, traced, size, before):
+def _append_rays(context, traced, size, before):
     """Append what further rays of patches that receive light meet, `size` rounds after `before`, to each Traced."""
     asked = traced[0].samples // before
     sends = context.patches.receives & (asked > 0)
     most, done = size * int(asked[sends].sum()), 0
     for after in range(before, before + size):
-        more = continue_points(context, after)
+        more = _continue_points(context, after)
         for one in traced:
             if one.form_factors is not None:
                 one.form_factors.rounds.append([])
@@ -108,7 +108,7 @@ def append_rays(context, traced, size, before):
                 context.progress(STAGE, done, most, "rays")
 
 
-def trace_suns(context, city, size, before, folder):
+def _trace_suns(context, city, size, before, folder):
     """Light of the suns by further points, `size` times those of the first round: list of SunLight.
 
     Visible share and first reflection are by these points alone, the annual light by all. Each sun is seen from other
@@ -117,10 +117,10 @@ def trace_suns(context, city, size, before, folder):
     traced, suns, total = [one.traced for one in city.states], without_hidden(city.task.suns, context.plan.terrain), []
     annual = [one.direct.annual for one in city.states]
     for done in range(size):
-        more = continue_points(context, before + done)
+        more = _continue_points(context, before + done)
         task = prepare_suns(more, traced, suns)
         task.reflects, task.whole = False, True
-        alone = [with_rays_of(more, one, done - size) for one in traced]
+        alone = [_with_rays_of(more, one, done - size) for one in traced]
         direct = solve_suns(more, alone, task, [None] * len(traced), folder=folder)
         total = total or direct
         for state, (found, new) in enumerate(zip(total, direct, strict=True)):
@@ -140,7 +140,7 @@ def trace_suns(context, city, size, before, folder):
     return [replace(found, annual=own) for found, own in zip(total, annual, strict=True)]
 
 
-def with_rays_of(context, traced, index):
+def _with_rays_of(context, traced, index):
     """A Traced whose matrix of form factors has only the rays of one round, from patches of surfaces."""
     if traced.form_factors is None:
         return traced
@@ -152,7 +152,7 @@ def with_rays_of(context, traced, index):
     return replace(traced, form_factors=replace(traced.form_factors, rounds=[alone], rays=rays, links=None))
 
 
-def add_first_reflections(direct, once, share):
+def _add_first_reflections(direct, once, share):
     """Average the first reflection of each sun, in a SunLight, with that of a round, `once`, a share of all."""
     for rows, values in row_blocks(once):
         change = np.float32(share) * (values - direct.once[rows])
@@ -160,7 +160,7 @@ def add_first_reflections(direct, once, share):
         direct.reflected[rows] += change
 
 
-def scale_reflected(context, state, annual, light, folder):
+def _scale_reflected(context, state, annual, light, folder):
     """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
     all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
     matrix = state.direct.reflected
@@ -174,7 +174,7 @@ def scale_reflected(context, state, annual, light, folder):
     return scaled
 
 
-def with_round(context, state, more, size, work):
+def _with_round(context, state, more, size, work):
     """TracedState with a round of this size, whose rays and seconds are `work`, fields of TraceRecord.
 
     `more` are the lights of all rounds, as of TracedState, and the suns' SunLight: its visible share is by the new

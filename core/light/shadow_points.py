@@ -47,7 +47,7 @@ def shadow_points(patches, chosen, point_count):
     within all bands parallel to its edges, along which shadows often run.
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    b1, b2 = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)[..., None]
+    b1, b2 = _places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)[..., None]
     edges = patches.edges[chosen, :, None]
     return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
@@ -77,7 +77,7 @@ def find_points(patches, covered, counts, wanted, threads=1):
     divisions = round(np.sqrt(covered.shape[1]))
 
     def find(rows):
-        places = places_of_points(patches.key[rows], patches.points_before[rows], point_count)
+        places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)
         in_covered, all_covered = np.zeros((len(rows), point_count), bool), np.zeros((len(rows), elements), bool)
         partly = np.flatnonzero(covered[rows].any(axis=1))
         cells = covered[rows[partly]]
@@ -89,7 +89,7 @@ def find_points(patches, covered, counts, wanted, threads=1):
             members = np.argsort(inside, kind="stable").reshape(elements, -1)
             all_covered[partly] = cells[:, members].all(axis=2)
         chosen = np.empty((len(rows), elements), representative_points.dtype)
-        choose_representatives(places, (in_covered, all_covered), middles, chosen)
+        _choose_representatives(places, (in_covered, all_covered), middles, chosen)
         representative_points[rows] = chosen
 
     rows = np.flatnonzero(wanted)
@@ -98,7 +98,7 @@ def find_points(patches, covered, counts, wanted, threads=1):
     return KnownPoints(is_open, representative_points)
 
 
-def places_of_points(keys, before, point_count):
+def _places_of_points(keys, before, point_count):
     """Barycentric weights of the shadow points of patches: (2, c, m) float32.
 
     Parameters
@@ -147,7 +147,7 @@ def place_points(shift, net, places):
 
 
 @njit(nogil=True, cache=True)
-def choose_representatives(places, excluded, middles, representative_points):
+def _choose_representatives(places, excluded, middles, representative_points):
     """The point nearest to the middle of each cell, but no point that lies inside or under something.
 
     Except in cells that are fully covered: they are seen only from inside, and must be dark there.

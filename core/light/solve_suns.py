@@ -67,7 +67,7 @@ def prepare_suns(context, traced, suns):
     return task
 
 
-def look_at_block(context, task, block, report):
+def _look_at_block(context, task, block, report):
     """Which points see the suns of a block: list of Shadows, in each state of trees.
 
     `report(share, rays)` is told of its rays.
@@ -106,19 +106,19 @@ def light_of_first_days(context, traced, task):
     for block in task.blocks:
         if block.start < last:
             task.progress.rays_before = task.progress.rays
-            found, *_ = task.looked[block.start] = look_at_block(context, task, block, report)
+            found, *_ = task.looked[block.start] = _look_at_block(context, task, block, report)
             directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
             height = np.maximum(directions[:, 2], 0)
             weights = weights * CLEAR_AIR ** (1 / np.maximum(height, LOWEST)) ** AIR_POWER
             first += (found.visible_share * projection_in_front(context.patches.normal, directions)) @ weights
-            reflected += first_reflections(context, traced, found, directions) @ weights
+            reflected += _first_reflections(context, traced, found, directions) @ weights
             lit_ground = context.request.ground_albedo * (weights @ height)
             reflected += np.float32(lit_ground) * traced.far_ground.mean(axis=1)
     return first, reflected
 
 
-def first_reflections(context, traced, shadows, directions):
+def _first_reflections(context, traced, shadows, directions):
     """Light of suns that patches reflect once: (p, b) float32."""
     albedo, normal = context.patches.albedo, context.patches.normal
     seen_by = albedo, normal, shadows.points.representative_points
@@ -166,11 +166,11 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     try:
         for block in task.blocks:
             progress.begin(block)
-            looked, added = look_at_block(context, task, block, progress.report_rays), []
+            looked, added = _look_at_block(context, task, block, progress.report_rays), []
             for state, shadows in enumerate(looked):
                 progress.bounces_before = state * context.bounces
                 hook, light = hooks[state], found[state]
-                added.append(solve_block(context, traced[state], shadows, task, block, specular=hook, found=light))
+                added.append(_solve_block(context, traced[state], shadows, task, block, specular=hook, found=light))
             part = block_of_suns(suns, block)
             sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
             for light, weighted in zip(found, added, strict=True):
@@ -198,7 +198,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     return found
 
 
-def solve_block(context, traced, shadows, task, block, *, specular, found):
+def _solve_block(context, traced, shadows, task, block, *, specular, found):
     """Solve one block of suns, a slice, in one state of trees, and write it to its SunLight.
 
     Returns
@@ -208,7 +208,7 @@ def solve_block(context, traced, shadows, task, block, *, specular, found):
     """
     part, to_surface, weighted = block_of_suns(task.suns, block), context.patch_to_surface, 0.0
     if context.bounces and (task.reflects or found.once is not None):
-        once = first_reflections(context, traced, shadows, part.directions)
+        once = _first_reflections(context, traced, shadows, part.directions)
         if found.once is not None:
             found.once[:, block] = to_surface @ once
     if context.bounces and task.reflects:

@@ -57,7 +57,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         raise InputError("transfer", problem, "give that of the same scene")
     prepared = prepared or prepare_scene(scene, request)
     patches = prepared.patches
-    chosen = draw_patches(prepared.scene, patches.area, request.seed, count)
+    chosen = _draw_patches(prepared.scene, patches.area, request.seed, count)
     few = take_patches(patches, chosen)
     if prepared.plan.ray_scene:  # with the crowns of this plan: another one may have used it last
         ray_scene = build_tree(prepared, request).plan.ray_scene
@@ -87,7 +87,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     return found
 
 
-def draw_patches(scene, area, seed, count=PATCHES):
+def _draw_patches(scene, area, seed, count=PATCHES):
     """Patches of eligible surfaces: (k,) int, ascending.
 
     Of each kind and orientation they are drawn by area, as many as its share of `count`, but FEWEST of it at least.

@@ -121,7 +121,7 @@ def sun_visibility(watch, suns, report=lambda share, rays: None):
     InputError
         If an array or a number is invalid.
     """
-    check_watch(watch, suns)
+    _check_watch(watch, suns)
     patches, directions, m = watch.patches, suns[0], watch.point_count
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
@@ -158,7 +158,7 @@ def see_all(watch, rows, directions, bits):
     bits[:, rows] = np.where(aoi_projection > 0, (1 << min(watch.point_count, WORD)) - 1, 0)[:, None]
 
 
-def check_watch(watch, suns):
+def _check_watch(watch, suns):
     """Refuse arrays and numbers of `sun_visibility` that are invalid.
 
     Raises
@@ -202,12 +202,12 @@ def trace_points(watch, chosen, suns, bits, asked):
     wanted = (in_front | watch.behind) & asked
     free = watch.ray_scene.trace_shadow_states(position, wanted, directions)
     for state, own in zip(free, bits, strict=True):
-        set_bits(state, watch.points.open_points[chosen], wanted & in_front, chosen, own)
+        _set_bits(state, watch.points.open_points[chosen], wanted & in_front, chosen, own)
     return int(np.count_nonzero(wanted)) * watch.point_count
 
 
 @njit(nogil=True, cache=True)
-def set_bits(free, open_points, wanted, chosen, bits):
+def _set_bits(free, open_points, wanted, chosen, bits):
     """Write which points of patches see which suns.
 
     Parameters

@@ -214,7 +214,7 @@ def make_transfer(found, state, suns, common, left):
     record = TraceRecord(
         **common,
         brightest_albedo=max(brightest, context.request.ground_albedo),
-        effects=judge_effects(context.plan, measure_outcome(context, traced, state.lights, left)),
+        effects=judge_effects(context.plan, _measure_outcome(context, traced, state.lights, left)),
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
     )
@@ -310,12 +310,12 @@ def choose_bounces(prepared, context, traced, task):
     once += np.float32(context.request.ground_albedo) * traced.far_ground
     columns = [(sky.light.mean(axis=1), once.mean(axis=1)), light_of_first_days(context, traced, task)]
     first, light = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
-    groups = sparse.csr_matrix(group_surfaces(context)) @ context.patch_to_surface
+    groups = sparse.csr_matrix(_group_surfaces(context)) @ context.patch_to_surface
     reflect = partial(multiply, traced.form_factors, factor, threads=threads)
     return find_bounces(reflect, light, groups, groups @ first.astype(float))
 
 
-def group_surfaces(context):
+def _group_surfaces(context):
     """Weights of surfaces in the light of receivers of each kind and orientation, and of all: (g + 1, n) float64."""
     area, surfaces = context.eligible_area, context.surfaces
     names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
@@ -323,9 +323,9 @@ def group_surfaces(context):
     return np.stack([*groups, area if area.any() else surfaces.area])
 
 
-def measure_outcome(context, traced, lights, left):
+def _measure_outcome(context, traced, lights, left):
     """What a run tells on what it left out: Measured; `left` of reflections is known where their number was found."""
-    groups, area, sky = group_surfaces(context), context.eligible_area, lights[SKY_DOME]
+    groups, area, sky = _group_surfaces(context), context.eligible_area, lights[SKY_DOME]
     noise, light = np.sqrt(variance_of_mean(groups @ sky.error.transported)), groups @ sky.mean
     far = context.request.ground_albedo * (area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1)))
     return Measured(

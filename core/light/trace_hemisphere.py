@@ -71,15 +71,15 @@ def trace_part(city, chosen, covered, sequence):
     patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
-    hits, fates = follow_rays(city, covered, (origins, directions, start_cells))
+    hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
-    sources = {one.name: look_at_source(city, one, rows, covered, sequence) for one in city.sources}
+    sources = {one.name: _look_at_source(city, one, rows, covered, sequence) for one in city.sources}
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
     start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
     for state, fate in enumerate(fates):
-        hide_sky(city, directions, fate)
-        sky, *others = tally_rays(fate, start_cells, near_cover, city.elements)
+        _hide_sky(city, directions, fate)
+        sky, *others = _tally_rays(fate, start_cells, near_cover, city.elements)
         first = {SKY_DOME: sky} | {name: lights[state] for name, (lights, _) in sources.items()}
         found.append(RowLight(rows, covered, lost, first, *others, hits=None, ray_count=ray_count))
         if city.reflections:
@@ -88,7 +88,7 @@ def trace_part(city, chosen, covered, sequence):
     return found
 
 
-def follow_rays(city, covered, rays):
+def _follow_rays(city, covered, rays):
     """What rays of c patches hit, and what becomes of each.
 
     Parameters
@@ -109,7 +109,7 @@ def follow_rays(city, covered, rays):
     fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
-    fate[within] = darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
+    fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is None:
@@ -122,14 +122,14 @@ def follow_rays(city, covered, rays):
     return hits, np.where(stopped.reshape(-1, *fate.shape), np.uint8(LEAVES), fate)
 
 
-def hide_sky(city, directions, fate):
+def _hide_sky(city, directions, fate):
     """Give rays, (c, rays, 3), that leave below the distant terrain to the far ground."""
     if city.terrain is not None:
         elevation = np.sin(np.radians(city.terrain.elevation))
         mark_hidden(fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), elevation, SKY, FAR_GROUND)
 
 
-def look_at_source(city, source, rows, covered, sequence):
+def _look_at_source(city, source, rows, covered, sequence):
     """First light of a source in the sky on some patches, by rays towards it.
 
     Parameters
@@ -156,11 +156,11 @@ def look_at_source(city, source, rows, covered, sequence):
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
     near_cover, scale = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))), unshaded[facing, None]
-    fates = follow_rays(city, covered, rays)[1]
+    fates = _follow_rays(city, covered, rays)[1]
     fates[fates == FAR_GROUND] = SKY  # at the very horizon
     for light, fate in zip(found, fates, strict=True):
-        hide_sky(city, rays[1], fate)
-        first, *_ = tally_rays(fate, rays[2], near_cover, city.elements)
+        _hide_sky(city, rays[1], fate)
+        first, *_ = _tally_rays(fate, rays[2], near_cover, city.elements)
         light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
     return found, fates[0].size
 
@@ -182,7 +182,7 @@ def source_rays(patches, source, chosen, sequence, *, share):
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
 
 
-def darken_rays(fate, start_cells, covered):
+def _darken_rays(fate, start_cells, covered):
     """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²) bool, are DARK.
 
     All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is judged by what it
@@ -193,7 +193,7 @@ def darken_rays(fate, start_cells, covered):
     return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
 
 
-def tally_rays(fate, start_cells, near_cover, cells):
+def _tally_rays(fate, start_cells, near_cover, cells):
     """Shares of rays that reach sky and far ground, in each replicate and in each cell.
 
     Parameters
@@ -214,7 +214,7 @@ def tally_rays(fate, start_cells, near_cover, cells):
         As of RowLight.
     """
     rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
-    count_fates((fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts)
+    _count_fates((fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts)
     every, downwards, free, started = counts.astype(np.float32)
     sky, far_ground = (part.sum(axis=2) / np.float32(rays // HEMISPHERE_REPLICATES) for part in (free, downwards))
     every, below, opened = (part.sum(axis=1) for part in (every, downwards, started))
@@ -231,14 +231,14 @@ def tally_rays(fate, start_cells, near_cover, cells):
 
 
 @njit(nogil=True, cache=True)
-def count_fates(rays, cell_of, counts):
+def _count_fates(rays, cell_of, counts):
     """Count the rays of each replicate that start in each larger cell: all, those to the far ground, those to the sky,
     and those that start in the open.
 
     Parameters
     ----------
     rays : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
-        The first three parameters of `tally_rays`.
+        The first three parameters of `_tally_rays`.
     cell_of : (CELL_DIVISIONS²,) int
         The larger cell that contains each of these.
     counts : (4, c, HEMISPHERE_REPLICATES, cells) int32

@@ -154,7 +154,7 @@ def no_parts(count):
     return ErrorParts(np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((4, count)))
 
 
-def own_variance(standard_error, transported, discretisation):
+def _own_variance(standard_error, transported, discretisation):
     """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and discretisation (n,)."""
     whole = np.asarray(standard_error, float) ** 2
     return np.maximum(whole - variance_of_mean(transported) - discretisation**2, 0)
@@ -169,14 +169,14 @@ def own_diffuse(transfer):
     """Variance of `diffuse_relative` from the surface's own rays: (n,) [–]."""
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     error = transfer.diffuse_relative_standard_error
-    return own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
+    return _own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
 
 
 def own_direct(transfer):
     """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if it is unknown."""
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     error = transfer.direct_annual_standard_error
-    return own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
+    return _own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
 
 
 def take_rows(transfer, rows):

@@ -55,7 +55,7 @@ class Glossy:
 
     def sample(self, arriving, draws):
         """Reflect at sampled visible facets: leaving (n, 3) and share (n,) float64, 0 below the surface."""
-        facet = sample_facets(arriving, self.roughness, draws.astype(float))
+        facet = _sample_facets(arriving, self.roughness, draws.astype(float))
         leaving = 2 * (arriving * facet).sum(axis=1, keepdims=True) * facet - arriving
         above = np.where(leaving[:, 2] > 0, leaving[:, 2], 1.0)
         masked, shadowed = hidden(arriving[:, 2], self.roughness), hidden(above, self.roughness)
@@ -68,7 +68,7 @@ def hidden(cosine, roughness):
     return (np.sqrt(1 + roughness**2 * np.maximum(tangent_squared, 0)) - 1) / 2
 
 
-def sample_facets(seen_from, roughness, draws):
+def _sample_facets(seen_from, roughness, draws):
     """Sample the distribution of visible normals: (n, 3) float64.
 
     Stretching turns the facets into a hemisphere; its projection along the view direction is half a disk and half an

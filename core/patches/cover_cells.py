@@ -48,7 +48,7 @@ def enclosed_cells(covered):
     return covered & ~(contacts @ ~covered.T).T
 
 
-def leading_cells():
+def _leading_cells():
     """Cells that lead, (m,) int, and which of them touch each, itself alone if it leads: (m, cells) int8.
 
     All that share an edge with the patch, since what is covered ends along an edge, and a third of the other upright
@@ -63,7 +63,7 @@ def leading_cells():
     return leading, touch
 
 
-LEADING, TOUCH = leading_cells()
+LEADING, TOUCH = _leading_cells()
 
 
 def share_verdicts(verdict, states):

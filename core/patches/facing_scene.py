@@ -44,16 +44,16 @@ class FacingScene(LeafyScene):
         self._other_side = patches.other_side if backs.any() else None
         self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
         if len(self.coincident):
-            self.coincident = drop_hidden(self, patches, self.coincident, threads)
+            self.coincident = _drop_hidden(self, patches, self.coincident, threads)
 
     def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            turn_to_fronts(tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places))
+            _turn_to_fronts(tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:
-            turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
+            _turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
         return places
 
     def trace_as_drawn(self, ray_origins, ray_directions):
@@ -62,7 +62,7 @@ class FacingScene(LeafyScene):
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             kinds = self._kinds[0], self._none
-            turn_to_fronts(tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places))
+            _turn_to_fronts(tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places))
         return places
 
     def find_doubles(self, places):
@@ -82,11 +82,11 @@ class FacingScene(LeafyScene):
         """
         if not len(self.coincident):
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
-        return list_doubles(tuple(vars(self.coincident).values()), self._kinds, tuple(places))
+        return _list_doubles(tuple(vars(self.coincident).values()), self._kinds, tuple(places))
 
 
 @njit(nogil=True, cache=True, inline="always")
-def place_on(places, entry, b1, b2):
+def _place_on(places, entry, b1, b2):
     """Whether a point of one face of a pair lies on the other, and its barycentric weights there."""
     c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
     c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
@@ -94,14 +94,14 @@ def place_on(places, entry, b1, b2):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def runs_along(facing, face, direction):
+def _runs_along(facing, face, direction):
     """Whether a ray hits the back of a face, as in `meets_back`."""
     along = direction[0] * facing[face, 0] + direction[1] * facing[face, 1] + direction[2] * facing[face, 2]
     return along + facing[face, 3] > 0
 
 
 @njit(nogil=True, cache=True)
-def turn_to_fronts(pairs, kinds, directions, hits):
+def _turn_to_fronts(pairs, kinds, directions, hits):
     """Change hits on coincident faces to the first of the fronts that receive light; without any such, to the first of
     all. Which of them the tracer meets depends on the rest of the city.
 
@@ -120,15 +120,15 @@ def turn_to_fronts(pairs, kinds, directions, hits):
         met = hit[ray]
         if met < 0 or start[met] == start[met + 1]:
             continue
-        front = receives[met] and not runs_along(facing, met, directions[ray])
+        front = receives[met] and not _runs_along(facing, met, directions[ray])
         chosen, x, y = met, b1[ray], b2[ray]
         for entry in range(start[met], start[met + 1]):  # in ascending order
             face = other[entry]
             if front and face >= chosen:
                 break
-            lit = receives[face] and not runs_along(facing, face, directions[ray])
+            lit = receives[face] and not _runs_along(facing, face, directions[ray])
             if lit or (not front and face < chosen):
-                lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
+                lies_there, c1, c2 = _place_on(places, entry, b1[ray], b2[ray])
                 if lies_there:
                     chosen, x, y, front = face, c1, c2, lit
                     if lit:
@@ -137,7 +137,7 @@ def turn_to_fronts(pairs, kinds, directions, hits):
 
 
 @njit(nogil=True, cache=True)
-def turn_sheets(other_side, facing, directions, hits):
+def _turn_sheets(other_side, facing, directions, hits):
     """Change hits on the backs of sheets to hits on their other sides: the same triangles, reversed.
 
     Parameters
@@ -152,12 +152,12 @@ def turn_sheets(other_side, facing, directions, hits):
     hit, b1, b2 = hits
     for ray in range(len(hit)):
         met = hit[ray]
-        if met >= 0 and other_side[met] >= 0 and runs_along(facing, met, directions[ray]):
+        if met >= 0 and other_side[met] >= 0 and _runs_along(facing, met, directions[ray]):
             hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
 
 
 @njit(nogil=True, cache=True)
-def list_doubles(pairs, kinds, hits):
+def _list_doubles(pairs, kinds, hits):
     """Indices of places, and further faces that coincide there, receive light and face the same way."""
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     row, doubles = [np.int64(0) for _ in range(0)], [np.int32(0) for _ in range(0)]
@@ -165,8 +165,8 @@ def list_doubles(pairs, kinds, hits):
         met = hit[ray]
         for entry in range(start[met], start[met + 1]):
             face = other[entry]
-            lit = receives[face] and facing[face, 3] == 0 and runs_along(facing, face, facing[met])
-            if lit and place_on(places, entry, b1[ray], b2[ray])[0]:
+            lit = receives[face] and facing[face, 3] == 0 and _runs_along(facing, face, facing[met])
+            if lit and _place_on(places, entry, b1[ray], b2[ray])[0]:
                 row.append(ray)
                 doubles.append(face)
     return np.array(row, np.int64), np.array(doubles, np.int32)
@@ -176,7 +176,7 @@ MOST_CORNERS = 24  # of a triangle clipped by three edges: 6, and never more tha
 PAIRS_PER_TASK = 1 << 13
 
 
-def drop_hidden(ray_scene, patches, coincident, threads=1):
+def _drop_hidden(ray_scene, patches, coincident, threads=1):
     """Coincident faces without the fronts that light does not reach; only pairs that face opposite ways are tested.
 
     Parameters
@@ -197,7 +197,7 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
 
     def vote(entries):
-        faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
+        faces, middle = other[entries], _middle_of_overlap(coincident.places[entries])
         keys = mix(patches.place_key[faces] ^ np.uint64(0x51DE))
         return lie_inside(ray_scene, patches, HitPlaces(faces, *middle.T), keys)
 
@@ -209,7 +209,7 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
 
 
 @njit(nogil=True, cache=True)
-def middle_of_overlap(places):
+def _middle_of_overlap(places):
     """A point that lies on both faces of each pair, in barycentric weights of the other face: (e, 2) float32.
 
     The first face is clipped by the edges of the other; the result is convex, so the mean of its corners lies inside.
@@ -229,7 +229,7 @@ def middle_of_overlap(places):
             corners[2, axis] += places[entry, axis, 2]
         count = places.shape[2]
         for edge in range(3):
-            count = cut_off(corners, count, edge, clipped)
+            count = _cut_off(corners, count, edge, clipped)
             corners, clipped = clipped, corners
         for axis in range(2):
             total = 0.0
@@ -240,7 +240,7 @@ def middle_of_overlap(places):
 
 
 @njit(nogil=True, cache=True)
-def cut_off(corners, count, edge, clipped):
+def _cut_off(corners, count, edge, clipped):
     """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an edge.
 
     The result is written to `clipped`, and its number of corners returned. Loops over numbers, not slices of arrays,
@@ -253,7 +253,7 @@ def cut_off(corners, count, edge, clipped):
     kept = 0
     for corner in range(count):
         after = (corner + 1) % count
-        inside_here, inside_there = inside_of_edge(corners, corner, edge), inside_of_edge(corners, after, edge)
+        inside_here, inside_there = _inside_of_edge(corners, corner, edge), _inside_of_edge(corners, after, edge)
         if inside_here >= 0:
             for axis in range(2):
                 clipped[kept, axis] = corners[corner, axis]
@@ -267,6 +267,6 @@ def cut_off(corners, count, edge, clipped):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def inside_of_edge(corners, corner, edge):
+def _inside_of_edge(corners, corner, edge):
     """Barycentric weight of a corner that is 0 on an edge."""
     return corners[corner, edge] if edge < 2 else 1 - corners[corner, 0] - corners[corner, 1]

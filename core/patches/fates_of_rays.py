@@ -72,12 +72,12 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
     rows = np.flatnonzero(wanted.any(axis=1))
     if len(rows):
         origins, directions = (part[rows] for part in rays)
-        reach = measure_reach(patches, origins, directions, places.take(rows))
+        reach = _measure_reach(patches, origins, directions, places.take(rows))
         stopped[:, rows] = ray_scene.canopy.stop_rays(origins, directions, reach) & wanted[rows]
     return stopped
 
 
-def measure_reach(patches, origins, directions, places):
+def _measure_reach(patches, origins, directions, places):
     """Distance from origins to hits, (c, r) float64 [m]; practically infinite where nothing is hit."""
     hit, b1, b2 = places
     reach = np.full(hit.shape, 1e30)

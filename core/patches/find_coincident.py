@@ -66,14 +66,14 @@ def find_coincident(corners, offset, threads=1):
         size = 2.0 ** (LAYER_GROWTH * one)
         first, last = np.searchsorted(sorted_layer, [one, one + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
-        start, listed = fill_buckets(order[first:last], boxes, size, buckets)
+        start, listed = _fill_buckets(order[first:last], boxes, size, buckets)
         grid = start, listed, normal[listed].astype(np.float32)  # contiguous: most pairs fail by normals
         tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
-        found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads))
-    return list_pairs(np.concatenate(found), corners)
+        found.extend(map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads))
+    return _list_pairs(np.concatenate(found), corners)
 
 
-def list_pairs(pairs, corners):
+def _list_pairs(pairs, corners):
     """Coincident from pairs of triangles, which may contain repetitions.
 
     Parameters
@@ -100,7 +100,7 @@ def list_pairs(pairs, corners):
 
 
 @njit(nogil=True, cache=True)
-def pairs_in_grid(chosen, grid, size, faces):
+def _pairs_in_grid(chosen, grid, size, faces):
     """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
 
     A triangle is the first one in at most MOST_PAIRS of them: more in one place are an error of the model, and
@@ -111,18 +111,18 @@ def pairs_in_grid(chosen, grid, size, faces):
     pairs, found = np.empty((64, 2), np.int32), 0
     for one in chosen:
         most = found + MOST_PAIRS
-        for place in range(touch_cells(boxes[one], size, mask, touched)):
+        for place in range(_touch_cells(boxes[one], size, mask, touched)):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
                 if found == most or (other <= one and layer[one] == layer[other]):
                     break  # buckets are in descending order: the remaining pairs are found from their other triangle
                 along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
-                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):
+                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not _boxes_meet(boxes, one, other):
                     continue
                 reach = max(offset[one], offset[other])
-                level = lies_in_plane(corners, normal, one, other, reach)
-                level = level or lies_in_plane(corners, normal, other, one, reach)
-                if level and not separated(corners, normal, one, other, reach):
+                level = _lies_in_plane(corners, normal, one, other, reach)
+                level = level or _lies_in_plane(corners, normal, other, one, reach)
+                if level and not _separated(corners, normal, one, other, reach):
                     if found == len(pairs):
                         pairs = np.concatenate((pairs, pairs))  # room for as many more
                     pairs[found, 0], pairs[found, 1] = one, other
@@ -131,7 +131,7 @@ def pairs_in_grid(chosen, grid, size, faces):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def boxes_meet(boxes, one, other):
+def _boxes_meet(boxes, one, other):
     """Whether the bounding boxes of two triangles overlap."""
     for axis in range(3):
         if boxes[one, axis] > boxes[other, axis + 3] or boxes[other, axis] > boxes[one, axis + 3]:
@@ -140,7 +140,7 @@ def boxes_meet(boxes, one, other):
 
 
 @njit(nogil=True, cache=True)
-def lies_in_plane(corners, normal, one, other, reach):
+def _lies_in_plane(corners, normal, one, other, reach):
     """Whether all corners of a triangle lie within `reach` of the plane of another."""
     for point in range(3):
         height = 0.0
@@ -152,7 +152,7 @@ def lies_in_plane(corners, normal, one, other, reach):
 
 
 @njit(nogil=True, cache=True)
-def separated(corners, normal, one, other, reach):
+def _separated(corners, normal, one, other, reach):
     """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal of the first."""
     n0, n1, n2 = normal[one, 0], normal[one, 1], normal[one, 2]
     for owner in (one, other):
@@ -162,8 +162,8 @@ def separated(corners, normal, one, other, reach):
             e1 = corners[owner, after, 1] - corners[owner, corner, 1]
             e2 = corners[owner, after, 2] - corners[owner, corner, 2]
             a0, a1, a2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0  # normal to the edge, in the plane
-            one_low, one_high = reach_along(corners, one, a0, a1, a2)
-            other_low, other_high = reach_along(corners, other, a0, a1, a2)
+            one_low, one_high = _reach_along(corners, one, a0, a1, a2)
+            other_low, other_high = _reach_along(corners, other, a0, a1, a2)
             common = min(one_high - other_low, other_high - one_low)
             if common <= reach * np.sqrt(a0 * a0 + a1 * a1 + a2 * a2):
                 return True
@@ -171,7 +171,7 @@ def separated(corners, normal, one, other, reach):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def reach_along(corners, one, a0, a1, a2):
+def _reach_along(corners, one, a0, a1, a2):
     """Smallest and largest coordinate of a triangle's corners along a direction."""
     low, high = np.inf, -np.inf
     for point in range(3):
@@ -181,7 +181,7 @@ def reach_along(corners, one, a0, a1, a2):
 
 
 @njit(nogil=True, cache=True)
-def bucket_of_cell(x, y, z, mask):
+def _bucket_of_cell(x, y, z, mask):
     """Hash bucket of a cell; collisions only cost time."""
     word = np.uint64(x) * GOLDEN
     word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
@@ -190,7 +190,7 @@ def bucket_of_cell(x, y, z, mask):
 
 
 @njit(nogil=True, cache=True)
-def touch_cells(box, size, mask, touched):
+def _touch_cells(box, size, mask, touched):
     """Write the buckets of the cells that a box touches, each once, into `touched`, and return their number.
 
     Parameters
@@ -207,7 +207,7 @@ def touch_cells(box, size, mask, touched):
     for x in range(np.int64(low[0]), np.int64(high[0]) + 1):
         for y in range(np.int64(low[1]), np.int64(high[1]) + 1):
             for z in range(np.int64(low[2]), np.int64(high[2]) + 1):
-                bucket = bucket_of_cell(x, y, z, mask)
+                bucket = _bucket_of_cell(x, y, z, mask)
                 known = False
                 for place in range(found):
                     known |= touched[place] == bucket
@@ -218,7 +218,7 @@ def touch_cells(box, size, mask, touched):
 
 
 @njit(nogil=True, cache=True)
-def fill_buckets(members, boxes, size, buckets):
+def _fill_buckets(members, boxes, size, buckets):
     """Sort triangles by the cells that their boxes touch.
 
     Parameters
@@ -242,13 +242,13 @@ def fill_buckets(members, boxes, size, buckets):
     mask, touched = np.uint64(buckets - 1), np.empty(27, np.int64)
     start = np.zeros(buckets + 1, np.int64)
     for member in members:
-        for place in range(touch_cells(boxes[member], size, mask, touched)):
+        for place in range(_touch_cells(boxes[member], size, mask, touched)):
             start[touched[place]] += 1
     for bucket in range(buckets):
         start[bucket + 1] += start[bucket]
     listed = np.empty(start[buckets], np.int64)
     for member in members:
-        for place in range(touch_cells(boxes[member], size, mask, touched)):
+        for place in range(_touch_cells(boxes[member], size, mask, touched)):
             start[touched[place]] -= 1
             listed[start[touched[place]]] = member
     return start, listed

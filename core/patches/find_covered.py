@@ -62,7 +62,7 @@ def find_covered_cells(ray_scene, patches, chosen):
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
     starts = starts_in_cells(patches.place_key[chosen], UPRIGHT)
-    first = first_states(ray_scene, patches, chosen, starts, rising=True)
+    first = _first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))
     middle = np.full(len(shut), 1 / 3, np.float32)
@@ -72,12 +72,12 @@ def find_covered_cells(ray_scene, patches, chosen):
     suspect = np.flatnonzero(suspected)
     if len(suspect):
         starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))
-        covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], starts)
+        covered[suspect] = _examine_cells(ray_scene, patches, chosen[suspect], starts)
     return covered
 
 
 def starts_in_cells(keys, cells):
-    """One point in each of some cells of patches, and random numbers: `starts` of `first_states`.
+    """One point in each of some cells of patches, and random numbers: `starts` of `_first_states`.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def starts_in_cells(keys, cells):
     return *stratified_points(u, v, CELL_DIVISIONS, cells), shifts
 
 
-def first_states(ray_scene, patches, chosen, starts, *, rising=False):
+def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     """What a first ray from each of some points tells on them.
 
     Parameters
@@ -127,7 +127,7 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
     return states
 
 
-def examine_cells(ray_scene, patches, chosen, starts):
+def _examine_cells(ray_scene, patches, chosen, starts):
     """Which cells of patches lie inside or under something, by rays from one point in each.
 
     First rays settle cells deep in the open or deep inside. In the others RAYS rays vote, first in the leading ones; a
@@ -142,13 +142,13 @@ def examine_cells(ray_scene, patches, chosen, starts):
     ----------
     chosen : (c,) int
     starts : tuple
-        As of `first_states`.
+        As of `_first_states`.
 
     Returns
     -------
     (c, cells) bool
     """
-    states, (b1, b2, shifts) = first_states(ray_scene, patches, chosen, starts), starts
+    states, (b1, b2, shifts) = _first_states(ray_scene, patches, chosen, starts), starts
     verdict = settled_cells(states)
 
     def judge(asked):
@@ -156,7 +156,7 @@ def examine_cells(ray_scene, patches, chosen, starts):
         places = HitPlaces(chosen[row], b1[row, cell], b2[row, cell])
         keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
         around = np.stack([part[row, cell] for part in shifts], axis=1)
-        found = judge_cells(ray_scene, patches, places, around, keys)
+        found = _judge_cells(ray_scene, patches, places, around, keys)
         verdict[row, cell] = np.where(found, COVERED, OPEN)
 
     judge(np.isin(np.arange(states.shape[1]), LEADING))
@@ -166,7 +166,7 @@ def examine_cells(ray_scene, patches, chosen, starts):
     return (verdict == COVERED) | earth
 
 
-def judge_cells(ray_scene, patches, places, shifts, keys):
+def _judge_cells(ray_scene, patches, places, shifts, keys):
     """Whether some cells lie inside or under something, by a vote of rays that go on from fronts where they disagree.
 
     Parameters
@@ -182,7 +182,7 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     -------
     (k,) bool
     """
-    hits, back, sky, below = trace_vote(ray_scene, patches, places, shifts)
+    hits, back, sky, below = _trace_vote(ray_scene, patches, places, shifts)
     backs, skies, belows = ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
     # Inside something, or in the earth.
     found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | ((4 * backs > RAYS) & (backs + belows == RAYS))
@@ -204,7 +204,7 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     return found
 
 
-def trace_vote(ray_scene, patches, places, shifts):
+def _trace_vote(ray_scene, patches, places, shifts):
     """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the horizon: all (k, RAYS)."""
     around = additive_recurrence(RAYS, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))

@@ -121,12 +121,12 @@ def facing_distance(patches, own, hits):
     """Distance from patches to the faces that rays from there meet, as of `find_touching`: (m,) float32 [m]; infinite
     where these do not look back at them."""
     distance = np.full(len(own), np.inf, np.float32)
-    measure_facing((patches.corner, patches.edges, patches.facing), own, tuple(hits), distance)
+    _measure_facing((patches.corner, patches.edges, patches.facing), own, tuple(hits), distance)
     return distance
 
 
 @njit(nogil=True, cache=True)
-def measure_facing(shapes, own, hits, distance):
+def _measure_facing(shapes, own, hits, distance):
     """Write the last argument, (m,) float32 [m], for `facing_distance`.
 
     Parameters

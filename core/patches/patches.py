@@ -80,8 +80,8 @@ def patches_of_scene(scene, albedo, seed):
     # The frame depends on the triangle only, and so turns with it, as its rays do.
     along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
     ground = find_ground(scene)
-    offset = measure_offset(corners, edges, normal)
-    inset = inset_triangles(corners, length, offset)
+    offset = _measure_offset(corners, edges, normal)
+    inset = _inset_triangles(corners, length, offset)
     key, place_key = keys_of_triangles(scene, seed, 0)
     return Patches(
         corner=inset[:, 0].astype(np.float32),
@@ -102,7 +102,7 @@ def patches_of_scene(scene, albedo, seed):
     )
 
 
-def measure_offset(corners, edges, normal):
+def _measure_offset(corners, edges, normal):
     """How far above its face a ray must start so as not to hit the face itself or others in its plane.
 
     Rounding moves a point off the face only by the components of the normal along each axis: a roof at the far end of a
@@ -125,7 +125,7 @@ def measure_offset(corners, edges, normal):
     return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
 
 
-def inset_triangles(corners, doubled_area, offset):
+def _inset_triangles(corners, doubled_area, offset):
     """Triangles scaled towards their middles so that their edges lie one offset further in.
 
     By rounding, a ray from the very edge of a face might start on the wrong side of the adjacent face, and escape from
@@ -156,7 +156,7 @@ def keys_of_triangles(scene, *seeds):
     list of (t,) uint64
         For each seed.
     """
-    names = np.where(find_made_up(scene), UNNAMED, np.array(scene.surfaces.surface_id, object))
+    names = np.where(_find_made_up(scene), UNNAMED, np.array(scene.surfaces.surface_id, object))
     digests = digest_names([*names, UNNAMED])
     number = number_triangles(scene) if scene.number is None else scene.number
     own = mix(number.astype(np.uint64) + np.uint64(1))
@@ -174,7 +174,7 @@ def number_triangles(scene):
     order = np.argsort(surface, kind="stable")
     number = np.empty(len(surface), np.int64)
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
-    rows = np.flatnonzero(np.append(find_made_up(scene), True)[surface])
+    rows = np.flatnonzero(np.append(_find_made_up(scene), True)[surface])
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(np.int64)
     cells[:, :2] %= REPEATED  # so a city moved by whole squares of the ground stays the same
@@ -185,7 +185,7 @@ def number_triangles(scene):
     return number
 
 
-def find_made_up(scene):
+def _find_made_up(scene):
     """Surfaces whose names tell only their order in the file, for want of another or of a unique one: (n,) bool."""
     surfaces = scene.surfaces
     pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)

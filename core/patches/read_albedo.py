@@ -50,7 +50,7 @@ def albedo_of_triangles(scene, request, found=None):
         If the albedo file or a material is invalid, or is not supported by the estimator.
     """
     found = name_brdfs(scene, request) if found is None else found
-    distinct, which = list_distinct(found)
+    distinct, which = _list_distinct(found)
     albedo = np.array([one.brdf.albedo for one in distinct])[which[surface_of_triangles(scene)]]
     if scene.rack_of_back is not None:
         albedo[scene.rack_of_back >= 0] = scene.back_albedo
@@ -66,7 +66,7 @@ def brdfs_of_triangles(scene, request, found=None):
     -------
     TriangleBrdfs
     """
-    distinct, which = list_distinct(name_brdfs(scene, request) if found is None else found)
+    distinct, which = _list_distinct(name_brdfs(scene, request) if found is None else found)
     brdfs = list(dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian)))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
     brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[which[surface_of_triangles(scene)]]
@@ -75,7 +75,7 @@ def brdfs_of_triangles(scene, request, found=None):
     return TriangleBrdfs(brdfs, brdf_index)
 
 
-def list_distinct(found):
+def _list_distinct(found):
     """The objects of a list, each once in the order of their first places, and which of them stands in each place.
 
     Most surfaces share one Found: looking at each of them takes longer than all else that is asked of materials.
@@ -119,7 +119,7 @@ def name_brdfs(scene, request):
             raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
         of_name = {name: named_material(name, colour) for name, colour in scene.colours.items()}
     of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
-    of_material = {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in of_name.items()}
+    of_material = {name: Found(MATERIALS, name, name, _brdf_of_named(name, spec)) for name, spec in of_name.items()}
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
     plain = dict.fromkeys(kinds, Found("--albedo", "", "", Lambertian(request.albedo)))
     plain["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
@@ -131,7 +131,7 @@ def name_brdfs(scene, request):
     return [*found, of_material.get(request.ground_material, of_kind["ground"])]
 
 
-def brdf_of_named(name, spec):
+def _brdf_of_named(name, spec):
     """BRDF of a material of the city, from its MaterialSpec; an error names the material."""
     try:
         return spec.brdf()
@@ -150,7 +150,7 @@ def check_materials(request):
         read_albedo(request.albedo_file)
     for name, spec in request.materials.items():
         if spec:
-            brdf_of_named(name, spec)
+            _brdf_of_named(name, spec)
 
 
 def describe_albedo(scene, request):
@@ -182,7 +182,7 @@ def materials_of_surfaces(scene, found):
         `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
     """
     *found, ground = found
-    distinct, which = list_distinct(found)
+    distinct, which = _list_distinct(found)
     counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
     rows = {}
     for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
@@ -238,11 +238,11 @@ def read_albedo(path):
             problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
             raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
-        specs[id_of_cell(row[0])] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+        specs[id_of_cell(row[0])] = _spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
     return specs
 
 
-def spec_of_row(path, number, albedo, material):
+def _spec_of_row(path, number, albedo, material):
     """MaterialSpec of a line of the file, checked to give a valid BRDF."""
     try:
         spec = MaterialSpec(float(albedo) if albedo or not material else None, material)

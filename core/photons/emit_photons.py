@@ -24,7 +24,7 @@ FROM_ABOVE, FROM_BELOW = np.array([1, 0, 0.5, 0.5, 0.5, 0.5]), np.array([0, 1, 0
 
 
 @dataclass
-class Source:
+class _Source:
     """Light that enters the box: from a sun, isotropic from above or below the horizon, or from a part of the sky."""
 
     name: str
@@ -75,7 +75,7 @@ def make_source(name, box, seed, shares, **details):
     """
     x, y, z = box.size
     areas = np.array([x * y, x * y, y * z, y * z, x * z, x * z])  # of lid, bottom and sides
-    return Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
+    return _Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
 
 
 def emit_photons(source, replicate, place):

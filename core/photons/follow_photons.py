@@ -92,7 +92,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
         first = source.of is not None and bounce == 0
-        received, photons = weigh_first(target, source.of, photons, places[0], found.tally) if first else [photons] * 2
+        received, photons = _weigh_first(target, source.of, photons, places[0], found.tally) if first else [photons] * 2
         sums = found.first if bounce == 0 else found.reflected
         deposit(received, target.surface[places[0]], sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
@@ -135,7 +135,7 @@ def meet_fronts(target, photons, tally, source=None):
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
     if source is not None:
-        back |= slip_past_edges(target, places, photons.directions, ~missed & ~back)
+        back |= _slip_past_edges(target, places, photons.directions, ~missed & ~back)
     closure = ~missed & ~back & ~patches.receives[hit]
     covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
@@ -161,7 +161,7 @@ def end_in_crowns(target, origins, directions, places):
     return stopped[target.state, :, 0]
 
 
-def slip_past_edges(target, places, directions, front):
+def _slip_past_edges(target, places, directions, front):
     """Photons that slip through a shared edge by rounding: past the back of one patch onto the front of the next.
 
     For hits closer to an edge than the ray offset, a ray is traced back from the offset point: it is free only if the
@@ -192,7 +192,7 @@ def slip_past_edges(target, places, directions, front):
     return slipped
 
 
-def weigh_first(target, source, photons, hit, tally):
+def _weigh_first(target, source, photons, hit, tally):
     """Photons of a part of the sky with the weight that they have on the patches that they hit first.
 
     Faces that reflect as mirrors do show that part of the sky as it is: photons go on from there with all their weight.

@@ -36,7 +36,7 @@ class Batch:
         return np.arange(self.numbers.start, self.numbers.stop)
 
 
-def place_on_faces(faces, power, batch, dimensions):
+def _place_on_faces(faces, power, batch, dimensions):
     """Points of faces with a density in proportion to their power.
 
     Parameters
@@ -79,14 +79,14 @@ def photons_of_sun(target, faces, power, direction, batch):
     Photons
         Their weight is the reflected share; those in the dark are left out.
     """
-    places, _ = place_on_faces(faces, power, batch, 2)
+    places, _ = _place_on_faces(faces, power, batch, 2)
     origins, _ = leave_patches(target.patches, places, np.zeros((3, len(places[0]))))
     direction = np.asarray(direction, np.float32)
     seen = np.flatnonzero(~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)])
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], direction)]
     towards, nothing = np.broadcast_to(direction, (len(seen), 3)), np.zeros(len(seen))
     seen = seen[~end_in_crowns(target, origins[seen], towards, HitPlaces(nothing.astype(int) - 1, nothing, nothing))]
-    return reflect_first(target, batch, places.take(seen), np.broadcast_to(-direction, (len(seen), 3)), seen)
+    return _reflect_first(target, batch, places.take(seen), np.broadcast_to(-direction, (len(seen), 3)), seen)
 
 
 def photons_of_surroundings(target, faces, batch, is_sky):
@@ -108,7 +108,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
         From which it comes.
     """
     patches = target.patches
-    places, numbers = place_on_faces(faces, patches.area[faces], batch, 4)
+    places, numbers = _place_on_faces(faces, patches.area[faces], batch, 4)
     towards = np.stack(cosine_direction(numbers[:, 0], numbers[:, 1]))
     origins, directions = leave_patches(patches, places, towards)
     hits = target.ray_scene.trace_places(origins, directions)
@@ -118,11 +118,11 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     origin[target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]] = NOTHING
     origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
     some = np.flatnonzero(origin != NOTHING)
-    photons = reflect_first(target, batch, places.take(some), -directions[some], some)
+    photons = _reflect_first(target, batch, places.take(some), -directions[some], some)
     return photons, origin, directions
 
 
-def reflect_first(target, batch, places, travel, chosen):
+def _reflect_first(target, batch, places, travel, chosen):
     """Photons after their reflection at places of faces, on which they arrived in directions `travel`."""
     number = batch.number[chosen]
     photons = Photons(travel, travel, np.ones(len(number)), number, number // batch.per_replicate)

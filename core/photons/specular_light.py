@@ -33,7 +33,7 @@ BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
 
 
 @dataclass
-class SpecularLight:
+class _SpecularLight:
     """What n surfaces receive by way of faces that do not reflect by Lambert's law: the hooks for gather.
 
     All but `of_suns` follows from radiosity alone, that of the sky, the far ground and patches; r replicates.
@@ -79,7 +79,7 @@ class SpecularLight:
         weighted = self.from_patches(radiosity @ suns.weights)
         weighted += self.far_ground * float(suns.weights @ height)
         traced = map_in_order(
-            lambda index: trace_sun(self, suns.directions[index], f"specular sun {first + index}"),
+            lambda index: _trace_sun(self, suns.directions[index], f"specular sun {first + index}"),
             range(len(suns.weights)),
             self.context.threads,
         )
@@ -89,7 +89,7 @@ class SpecularLight:
         return found.astype(np.float32), weighted
 
 
-def trace_specular(prepared, context, traced, state=0):
+def _trace_specular(prepared, context, traced, state=0):
     """Specular light of a scene, for `trace_gather`.
 
     Parameters
@@ -109,10 +109,10 @@ def trace_specular(prepared, context, traced, state=0):
     target = Target(context.ray_scene, patches, surface, count, traced.covered, plan.brdfs, state)
     faces = np.flatnonzero((plan.brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
-    batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
+    batches = _batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
     # The last columns are the far ground, the sky and its parts that are traced.
     matrix, pending, done = sparse.csr_matrix((REPLICATES * count, len(patches) + 2 + len(plan.sources))), [], 0
-    found = map_in_order(lambda batch: arrivals_from(context, target, faces, batch), batches, context.threads)
+    found = map_in_order(lambda batch: _arrivals_from(context, target, faces, batch), batches, context.threads)
     for batch, entries in zip(batches, found, strict=True):
         pending.append(entries)
         done += len(batch.numbers)
@@ -120,29 +120,29 @@ def trace_specular(prepared, context, traced, state=0):
             rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
             matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
-    factor = per_area(target, float(patches.area[faces].sum()), per_replicate)
+    factor = _per_area(target, float(patches.area[faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
     far_ground, sky, *parts = matrix[:, len(patches) :].toarray().T.reshape(-1, REPLICATES, count)
     skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
     skies |= {source.name: source.radiance * part for source, part in zip(plan.sources, parts, strict=True)}
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, : len(patches)].tocsr()
-    return SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
+    return _SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
 
 
-def batches_of(key, per_replicate):
+def _batches_of(key, per_replicate):
     """Photons of all replicates in pieces: list of Batch."""
     count = per_replicate * REPLICATES
     starts = range(0, count, PHOTONS_PER_TASK)
     return [Batch(key, range(first, min(first + PHOTONS_PER_TASK, count)), per_replicate) for first in starts]
 
 
-def per_area(target, power, per_replicate):
+def _per_area(target, power, per_replicate):
     """Irradiance of each surface by one photon of a replicate: (n,) float64."""
     return power / max(per_replicate, 1) / np.where(target.area > 0, target.area, np.inf)
 
 
-def arrivals_from(context, target, faces, batch):
+def _arrivals_from(context, target, faces, batch):
     """Where photons of the surroundings arrive, as entries of a sparse matrix.
 
     Returns
@@ -178,7 +178,7 @@ def arrivals_from(context, target, faces, batch):
     return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
 
 
-def trace_sun(light, direction, name):
+def _trace_sun(light, direction, name):
     """Irradiance of surfaces by light of a sun that the faces reflect: (r, n) float64 of a SpecularLight, per DNI.
 
     `direction`, (3,) float32, is that towards the sun, `name` tells its random numbers from those of others.
@@ -187,11 +187,11 @@ def trace_sun(light, direction, name):
     power = context.patches.area[faces] * np.maximum(context.patches.normal[faces] @ direction, 0)
     per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
     arrived = np.zeros((REPLICATES, target.surface_count))
-    for batch in batches_of(key_of_names([name], context.request.seed)[0], per_replicate):
+    for batch in _batches_of(key_of_names([name], context.request.seed)[0], per_replicate):
         photons = photons_of_sun(target, faces, power, direction, batch)
         for some, surface in follow_reflected(target, batch.key, photons, context.bounces - 1):
             deposit(some, surface, arrived)
-    return arrived * per_area(target, float(power.sum()), per_replicate)
+    return arrived * _per_area(target, float(power.sum()), per_replicate)
 
 
 def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
@@ -205,4 +205,4 @@ def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
 
 def specular_of(prepared):
     """The hook for gather where a material does not reflect by Lambert's law, else None."""
-    return partial(trace_specular, prepared) if prepared.plan["specular"].on else None
+    return partial(_trace_specular, prepared) if prepared.plan["specular"].on else None

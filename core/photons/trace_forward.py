@@ -33,7 +33,7 @@ WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely cove
 
 
 @dataclass
-class Direct:
+class _Direct:
     """Results for each sun, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
@@ -81,12 +81,12 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
-    run, covered_share = prepare_run(prepared, request, progress, state)
+    run, covered_share = _prepare_run(prepared, request, progress, state)
     clock.lap("plan, tree and cover")
 
     brightest = max(float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0)
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
-    sky, far, parts = trace_surroundings(run, plan, request.seed, bounces)
+    sky, far, parts = _trace_surroundings(run, plan, request.seed, bounces)
     clock.lap("sky and far ground")
     weighed = without_hidden(suns, plan.terrain)
     sources = [
@@ -95,7 +95,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     ]
     lit = trace_sources(run, sources, bounces, SUN_STAGE)
     how = {"patch_to_surface": patch_to_surface, "folder": folder}
-    direct = trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
+    direct = _trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
@@ -155,7 +155,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     )
 
 
-def prepare_run(prepared, request, progress, state):
+def _prepare_run(prepared, request, progress, state):
     """What photons fall on in a state of the trees, and the covered share of each patch.
 
     Returns
@@ -175,7 +175,7 @@ def prepare_run(prepared, request, progress, state):
     return Run(target, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 
 
-def trace_surroundings(run, plan, seed, bounces):
+def _trace_surroundings(run, plan, seed, bounces):
     """Light of the sky, of the far ground per radiosity, and of parts of the sky that are traced by themselves.
 
     A surface receives of the far ground the share of its hemisphere that misses everything below the horizon; that its
@@ -200,7 +200,7 @@ def trace_surroundings(run, plan, seed, bounces):
     return sky, far, parts
 
 
-def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder):
+def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder):
     """Visible share and reflected irradiance of the surfaces for every sun; if cancelled, for those that are done.
 
     Parameters
@@ -222,7 +222,7 @@ def trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder
     Direct
     """
     count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
-    found = Direct(
+    found = _Direct(
         *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
         annual=no_light(count),
         kept=len(suns),

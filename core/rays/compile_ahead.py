@@ -78,12 +78,12 @@ CORE = __package__.rpartition(".")[0]
 
 def compile_loops():
     """Compile all loops. Ends early when the process that started this one ends, or closes its end of the pipe."""
-    Thread(target=end_with_parent, daemon=True).start()
+    Thread(target=_end_with_parent, daemon=True).start()
     for line in reversed(read_loops()):
         compile_loop(line)
 
 
-def end_with_parent():
+def _end_with_parent():
     """Wait for the end of the standard input, which the parent never writes to; then end this process."""
     os.read(sys.stdin.fileno(), 1)
     os._exit(0)

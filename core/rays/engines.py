@@ -45,7 +45,7 @@ COHERENT = 1 << 16  # hint that the rays of a packet are coherent
 ROW = 12  # [bytes] stride of three integers or floats
 
 
-class Arguments(ctypes.Structure):
+class _Arguments(ctypes.Structure):
     """RTCIntersectArguments, and RTCOccludedArguments, which has the same fields."""
 
     _fields_ = (
@@ -102,7 +102,7 @@ def load_library():
     return library, device, max(widths)
 
 
-def build_tree(library, device, vertices, triangles):
+def _build_tree(library, device, vertices, triangles):
     """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare row at the end."""
     scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, TRIANGLES)
     library.rtcSetSceneFlags(scene, ROBUST)
@@ -138,9 +138,9 @@ class PacketTree:
         self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
         self._vertices[:-1] = vertices
         self._triangles = np.ascontiguousarray(triangles, np.uint32)
-        self._scene = build_tree(self._library, device, self._vertices, self._triangles)
+        self._scene = _build_tree(self._library, device, self._vertices, self._triangles)
         # Shadow rays of a packet are coherent, hemisphere rays are not.
-        self._arguments = Arguments(feature_mask=-1), Arguments(flags=COHERENT, feature_mask=-1)
+        self._arguments = _Arguments(feature_mask=-1), _Arguments(flags=COHERENT, feature_mask=-1)
         self._closest, self._blocked = (
             (ctypes.cast(self._library[name + str(self._width)], POINTER).value, self._scene, how, self._width)
             for name, how in zip(("rtcIntersect", "rtcOccluded"), map(ctypes.addressof, self._arguments), strict=True)
@@ -167,7 +167,7 @@ class PacketTree:
         return free
 
 
-class RayTree:
+class _RayTree:
     """Embree's BVH over triangles, traced ray by ray. Methods as in `RayScene`, without input checks.
 
     Parameters
@@ -199,7 +199,7 @@ class RayTree:
         return free
 
 
-TREES = {"packets": PacketTree, "rays": RayTree}
+TREES = {"packets": PacketTree, "rays": _RayTree}
 VARIABLE = "CITYPV_ENGINE"  # environment variable that forces one engine
 PROOF_RAYS = 1000
 
@@ -238,7 +238,7 @@ def fault_of_packets():
     triangles = np.arange(900, dtype=np.int32).reshape(-1, 3)
     origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32([[[5]], [[1]]])
     try:
-        packets, rays = PacketTree(vertices, triangles), RayTree(vertices, triangles)
+        packets, rays = PacketTree(vertices, triangles), _RayTree(vertices, triangles)
     except (LibraryError, AttributeError) as error:
         return str(error)
     found, true = (np.array(tree.trace_places(origins, directions)) for tree in (packets, rays))

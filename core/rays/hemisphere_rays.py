@@ -40,7 +40,7 @@ def hemisphere_rays(patches, chosen, sequence):
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     digits = np.ascontiguousarray(sequence.T)
-    make_rays((start, patches.edges[chosen], frames), shift, digits, made)
+    _make_rays((start, patches.edges[chosen], frames), shift, digits, made)
     return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
 
 
@@ -63,7 +63,7 @@ def shift_replicates(keys, before):
 
 
 @njit(nogil=True, cache=True)
-def make_rays(places, shift, sequence, made):
+def _make_rays(places, shift, sequence, made):
     """Generate the rays of c patches.
 
     Parameters
@@ -78,7 +78,7 @@ def make_rays(places, shift, sequence, made):
     """
     (start, edges, frames), (origins, directions, cells) = places, made
     samples = sequence.shape[1]
-    cosine, sine, last = table_of_angles(samples)
+    cosine, sine, last = _table_of_angles(samples)
     b1, b2, along, across, height = np.empty((5, samples), np.float32)
     for patch in range(len(start)):
         for replicate in range(shift.shape[1]):
@@ -109,7 +109,7 @@ def make_rays(places, shift, sequence, made):
 
 
 @njit(nogil=True, cache=True)
-def table_of_angles(count):
+def _table_of_angles(count):
     """Cosine and sine of the angles given by the leading digits of `count` points, and number of other digits."""
     leading = 0
     while (1 << leading) < count:
@@ -153,17 +153,17 @@ def rays_from_patches(patches, chosen, b1, b2, local):
         In memory all x come first, then all y, then all z.
     """
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
-    return points_of_patches(patches, chosen, b1, b2), add_vectors(frames, local)
+    return points_of_patches(patches, chosen, b1, b2), _add_vectors(frames, local)
 
 
 def points_of_patches(patches, chosen, b1, b2):
     """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in `rays_from_patches`."""
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     frames = np.concatenate([start[:, None], patches.edges[chosen]], axis=1)
-    return add_vectors(frames, (np.ones(b1.shape), b1, b2))
+    return _add_vectors(frames, (np.ones(b1.shape), b1, b2))
 
 
-def add_vectors(frames, weights):
+def _add_vectors(frames, weights):
     """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c, m, 3) float32."""
     first, second, third = (part.astype(np.float32, copy=False) for part in weights)
     one, other, last = frames.transpose(1, 2, 0)[..., None]
@@ -172,7 +172,7 @@ def add_vectors(frames, weights):
 
 def is_compiled():
     """Whether the compiled loops of an earlier run are kept on this machine."""
-    cache = Path(make_rays._cache.cache_path)  # numba has no public name for it
+    cache = Path(_make_rays._cache.cache_path)  # numba has no public name for it
     return any(cache.glob("*make_rays*.nbi"))
 
 

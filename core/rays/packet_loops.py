@@ -14,7 +14,7 @@ NONE = -1
 
 
 @intrinsic
-def call_embree(_, function, valid, scene, packet, arguments):
+def _call_embree(_, function, valid, scene, packet, arguments):
     """Call `function(valid, scene, packet, arguments)`, all given as addresses."""
 
     def generate(context, builder, _, values):
@@ -64,7 +64,7 @@ def trace_closest(tree, rays, found):
             packet[FAR * width + lane] = np.inf
             words[MESH * width + lane] = NONE
             words[INSTANCE * width + lane] = NONE
-        call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
+        _call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
         for lane in range(lanes):
             met = words[MESH * width + lane] != NONE
             hit[first + lane] = words[TRIANGLE * width + lane] if met else NONE
@@ -98,21 +98,21 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
         members = min(together, len(position) - patch)
         for first in range(0, point_count, lanes):
             # The origins stay in the packet; only the direction changes from sun to sun.
-            load_origins(packet, width, position[patch : patch + members, first : first + lanes])
+            _load_origins(packet, width, position[patch : patch + members, first : first + lanes])
             traced = min(lanes, point_count - first)
             for sun in range(len(directions)):
-                if not choose_lanes(valid, wanted[patch : patch + members, sun], traced):
+                if not _choose_lanes(valid, wanted[patch : patch + members, sun], traced):
                     continue
                 for place in range(3 * width):
                     towards[place] = directions[sun, place]
                 for lane in range(width):
                     far[lane] = np.inf
-                call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                read_free(far, valid, free[patch : patch + members, sun, first : first + traced])
+                _call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
+                _read_free(far, valid, free[patch : patch + members, sun, first : first + traced])
 
 
 @njit(nogil=True, cache=True)
-def load_origins(packet, width, position):
+def _load_origins(packet, width, position):
     """Write the points of some patches, (members, lanes, 3), into a packet; rays beyond them repeat the last one."""
     members, lanes = position.shape[:2]
     for lane in range(width):
@@ -123,7 +123,7 @@ def load_origins(packet, width, position):
 
 
 @njit(nogil=True, cache=True)
-def choose_lanes(valid, wanted, lanes):
+def _choose_lanes(valid, wanted, lanes):
     """Write which rays of a packet are traced, those of the members that are `wanted`; return whether any is."""
     valid[:] = 0
     some = False
@@ -135,7 +135,7 @@ def choose_lanes(valid, wanted, lanes):
 
 
 @njit(nogil=True, cache=True)
-def read_free(far, valid, free):
+def _read_free(far, valid, free):
     """Write which of the rays that were traced, whose ends are given, are free: (members, lanes) bool."""
     members, lanes = free.shape
     for member in range(members):

@@ -61,12 +61,12 @@ def uniform(keys, count):
 def uniform_of(keys, numbers):
     """Some of these numbers: (n, m) float32 of keys, (n, 1) uint64, and of their places from 1 on, (m,) int."""
     found = np.empty((len(keys), len(numbers)), np.float32)
-    fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, found)
+    _fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, found)
     return found
 
 
 @njit(nogil=True, cache=True)
-def fill_uniform(keys, counters, found):
+def _fill_uniform(keys, counters, found):
     """Write numbers in [0, 1) of keys, (n,) uint64, and counters, (m,) uint64, into (n, m) float32; `mix` in a loop."""
     for row in range(len(keys)):
         for column in range(len(counters)):

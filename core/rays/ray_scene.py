@@ -76,8 +76,8 @@ class RayScene:
         HitPlaces
             n, of int32 and float32.
         """
-        ray_origins = usable_rays("ray_origins", ray_origins)
-        ray_directions = usable_rays("ray_directions", ray_directions)
+        ray_origins = _usable_rays("ray_origins", ray_origins)
+        ray_directions = _usable_rays("ray_directions", ray_directions)
         if len(ray_origins) != len(ray_directions):
             problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
             raise InputError("ray_directions", problem, "give one direction per ray")
@@ -102,8 +102,8 @@ class RayScene:
         -------
         blocked : (n,) bool
         """
-        ray_origins = usable_rays("ray_origins", ray_origins)
-        ray_direction = usable_rays("ray_direction", np.asarray(ray_direction)[None])
+        ray_origins = _usable_rays("ray_origins", ray_origins)
+        ray_direction = _usable_rays("ray_direction", np.asarray(ray_direction)[None])
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
         position, wanted = np.ascontiguousarray(ray_origins)[:, None], np.ones((len(ray_origins), 1), bool)
@@ -126,8 +126,8 @@ class RayScene:
         free : (c, s, m) bool
             False for suns that were not requested.
         """
-        usable_rays("position", position.reshape(-1, 3))
-        directions = usable_rays("directions", directions)
+        _usable_rays("position", position.reshape(-1, 3))
+        directions = _usable_rays("directions", directions)
         if not self.triangle_count:
             return np.repeat(wanted[:, :, None], position.shape[1], axis=2)
         with self._timed():
@@ -145,7 +145,7 @@ class RayScene:
             self.thread_seconds += time.perf_counter() - started
 
 
-def usable_rays(name, rays):
+def _usable_rays(name, rays):
     """Ray origins or directions for the engines: (n, 3) float32, finite, contiguous in C or Fortran order."""
     rays = np.asarray(check_array(name, rays, ("n", 3)), np.float32)
     return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)

@@ -59,13 +59,13 @@ def sobol_points(index):
     gray = np.asarray(index, np.uint32)
     gray = gray ^ (gray >> np.uint32(1))
     points = np.zeros((len(gray), 4), np.uint32)
-    for digit, direction in enumerate(all_directions()[: int(gray.max(initial=0)).bit_length()]):
+    for digit, direction in enumerate(_all_directions()[: int(gray.max(initial=0)).bit_length()]):
         points ^= ((gray[:, None] >> np.uint32(digit)) & np.uint32(1)) * direction
     return points
 
 
 @functools.cache
-def all_directions():
+def _all_directions():
     """Direction numbers of all four dimensions, multiples of 2^-DIGITS: (DIGITS, 4) uint32."""
     found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
     for coefficients, initial in DIRECTION_NUMBERS:

@@ -42,7 +42,7 @@ OUTLINE, HOLE = ("exterior", "outerBoundaryIs"), ("interior", "innerBoundaryIs")
 RINGS = [f"{{*}}{name}" for name in (*OUTLINE, *HOLE)]
 
 
-class Place(NamedTuple):
+class _Place(NamedTuple):
     """Context of the element that is being read."""
 
     building: int
@@ -67,7 +67,7 @@ def collect_polygons(element, content):
     """
     content.buildings.append(name_element(element))
     _note_srs_name(element, content)
-    _walk(element, Place(building=len(content.buildings) - 1), content)
+    _walk(element, _Place(building=len(content.buildings) - 1), content)
 
 
 def _walk(element, place, content):

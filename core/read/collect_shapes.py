@@ -74,7 +74,7 @@ def collect_shapes(one, owner, shapes):
     for (lod, geometry), rank in zip(drawn, ranks, strict=True):
         rivals = sorted({other for (other_lod, _), other in zip(drawn, ranks, strict=True) if other_lod == lod})
         source = SOURCES[min(rivals.index(rank), 2)]
-        shapes.content.polygons += draw_geometry(geometry, owner, source, shapes)
+        shapes.content.polygons += _draw_geometry(geometry, owner, source, shapes)
 
 
 def find_fault(geometry):
@@ -98,7 +98,7 @@ def read_lod(geometry):
     return text if isinstance(text, str) and LOD.fullmatch(text) else None
 
 
-def draw_geometry(geometry, owner, source, shapes):
+def _draw_geometry(geometry, owner, source, shapes):
     """Polygons of one geometry given in world coordinates.
 
     Parameters
@@ -227,7 +227,7 @@ class Templates:
         if not fault:
             name = owner._replace(name=f"template {number}", thematic="")
             local = Shapes(shapes.content, self._vertices, None, shapes.remarks)
-            drawn = draw_geometry(geometry, name, "surface", local)
+            drawn = _draw_geometry(geometry, name, "surface", local)
         return drawn, "" if drawn else f"instance of a template that cannot be used ({fault or 'it has no surfaces'})"
 
 

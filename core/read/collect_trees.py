@@ -41,7 +41,7 @@ def collect_tree(element, content):
         generic = child.get("name") == DENSITY
         word = DENSITY if generic else child.tag.rpartition("}")[2]
         given[word] = child.findtext("{*}value") if generic else child.text, child.get("uom")
-    set_attributes(tree, given)
+    _set_attributes(tree, given)
     places = ("{*}referencePoint//{*}pos", "{*}Point/{*}pos")
     points = [read_numbers([found]) for path in places for found in element.iterfind(f".//{path}")]
     known = (point for point in points if point is not None and len(point) == 3 and np.isfinite(point).all())
@@ -49,7 +49,7 @@ def collect_tree(element, content):
     content.trees.append(tree)
 
 
-def set_attributes(tree, given):
+def _set_attributes(tree, given):
     """Set lengths, density and class of a tree; what is wrong with its size becomes its `fault`.
 
     Parameters
@@ -134,7 +134,7 @@ def collect_json_tree(one, name, shapes, line):
         measure = found if isinstance(found, dict) else {"value": found}
         unit = measure.get("uom")
         given[word] = measure.get("value"), unit if isinstance(unit, str) else None
-    set_attributes(tree, given)
+    _set_attributes(tree, given)
     geometries = one.get("geometry")
     geometries = [part for part in geometries if isinstance(part, dict)] if isinstance(geometries, list) else []
     for part in geometries:  # the first point of a MultiPoint, or the reference point of an instance

@@ -43,7 +43,7 @@ class Raster:
     read_cells: Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
 
 
-def crs_of_keys(keys):
+def _crs_of_keys(keys):
     """Coordinate reference system of a GeoTIFF.
 
     Parameters
@@ -63,17 +63,17 @@ def crs_of_keys(keys):
     NotImplementedError, pyproj.exceptions.CRSError
         It has no code of EPSG, or an unknown one.
     """
-    model = number_of_key(keys, "GTModelTypeGeoKey", 0)
+    model = _number_of_key(keys, "GTModelTypeGeoKey", 0)
     name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
-    unit = UNITS.get(number_of_key(keys, "VerticalUnitsGeoKey", 0), ("", None))[0]
+    unit = UNITS.get(_number_of_key(keys, "VerticalUnitsGeoKey", 0), ("", None))[0]
     if name is None:
         return None, unit
-    code = number_of_key(keys, name, USER_DEFINED)
-    vertical = number_of_key(keys, "VerticalCSTypeGeoKey", USER_DEFINED)
+    code = _number_of_key(keys, name, USER_DEFINED)
+    vertical = _number_of_key(keys, "VerticalCSTypeGeoKey", USER_DEFINED)
     if code in (0, USER_DEFINED):
         raise NotImplementedError("its coordinate reference system has no EPSG code")
     system = pyproj.CRS.from_epsg(code)
-    given = UNITS.get(number_of_key(keys, "ProjLinearUnitsGeoKey", 0), ("", None))[1]
+    given = UNITS.get(_number_of_key(keys, "ProjLinearUnitsGeoKey", 0), ("", None))[1]
     if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
         raise NotImplementedError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and pyproj.CRS.from_epsg(vertical).is_vertical:
@@ -81,7 +81,7 @@ def crs_of_keys(keys):
     return system.to_wkt(), unit
 
 
-def number_of_key(keys, name, default):
+def _number_of_key(keys, name, default):
     """Whole number that a GeoTIFF key holds; a ValueError where it holds something else."""
     value = keys.get(name, default)
     if not isinstance(value, int | float):
@@ -122,7 +122,7 @@ def open_geotiff(path, file):
         raise NotImplementedError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
         raise NotImplementedError(f"has values of {page.bitspersample} bits")
-    crs, unit = crs_of_keys(keys)
+    crs, unit = _crs_of_keys(keys)
     # Scale, offset and unit of the first band, as GDAL writes them.
     words = str(page.tags[METADATA].value) if METADATA in page.tags else ""
     role = r'<Item\b[^>]*\bsample="0"[^>]*\brole="(scale|offset|unittype)"[^>]*>([^<]*)<'
@@ -140,7 +140,7 @@ def open_geotiff(path, file):
         for row, column in product(range(first // rows, -(-last // rows)), range(west // columns, -(-east // columns))):
             # Of each block what lies in the window, so that one block at a time is held whole.
             top, left = row * rows, column * columns
-            block = read_block(page, row * across + column, gap or 0.0)[max(first - top, 0) : last - top]
+            block = _read_block(page, row * across + column, gap or 0.0)[max(first - top, 0) : last - top]
             block = block[:, max(west - left, 0) : east - left]
             start = max(top - first, 0), max(left - west, 0)
             values[start[0] : start[0] + block.shape[0], start[1] : start[1] + block.shape[1]] = block
@@ -154,7 +154,7 @@ def open_geotiff(path, file):
     return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells)
 
 
-def read_block(page, number, absent):
+def _read_block(page, number, absent):
     """One strip or tile, (rows, columns) array of its first sample; a value everywhere if the file leaves it out."""
     file, (rows, columns) = page.parent, page.chunks[:2]
     if not page.is_tiled:
@@ -188,7 +188,7 @@ def matrix_of_page(places, keys, path):
             return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
         a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
         return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])
-    if number_of_key(keys, "GTRasterTypeGeoKey", 1) == PIXEL_IS_POINT:
+    if _number_of_key(keys, "GTRasterTypeGeoKey", 1) == PIXEL_IS_POINT:
         matrix[:, 2] -= 0.5 * (matrix[:, 0] + matrix[:, 1])
     return matrix
 
@@ -201,7 +201,7 @@ LARGEST = 4096  # codes
 
 
 @njit(nogil=True, cache=True)
-def unpack_lzw(packed, unpacked):
+def _unpack_lzw(packed, unpacked):
     """Unpack bytes.
 
     Parameters
@@ -250,7 +250,7 @@ def unpack_lzw(packed, unpacked):
 
 @njit(nogil=True, cache=True)
 def unpack_bits(packed, unpacked):
-    """Unpack bytes packed by PackBits (TIFF 6.0, section 9), as `unpack_lzw` does: number of bytes unpacked."""
+    """Unpack bytes packed by PackBits (TIFF 6.0, section 9), as `_unpack_lzw` does: number of bytes unpacked."""
     place, next_one = 0, 0
     while next_one < len(packed) and place < len(unpacked):
         head = int(packed[next_one])
@@ -290,7 +290,7 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     size, data = int(np.prod(shape)) * kind.itemsize, packed
     if compression == LZW:
         unpacked = np.empty(size, np.uint8)
-        count = unpack_lzw(np.frombuffer(packed, np.uint8), unpacked)
+        count = _unpack_lzw(np.frombuffer(packed, np.uint8), unpacked)
         if count < 0:
             raise ValueError("LZW codes are damaged")
         data = unpacked[:count]

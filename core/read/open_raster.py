@@ -37,7 +37,7 @@ CURE = "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or
 LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
 
-def read_ascii_grid(path):
+def _read_ascii_grid(path):
     """Read an ASC grid; its reference system is that of the `.prj` beside it.
 
     Returns
@@ -76,10 +76,10 @@ def read_ascii_grid(path):
     plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
     beside = next((file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None)
     crs = None if beside is None else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
-    return Raster(path, columns, rows, matrix_of_head(head, rows), crs, "", 0, 1, read_cells)
+    return Raster(path, columns, rows, _matrix_of_head(head, rows), crs, "", 0, 1, read_cells)
 
 
-def matrix_of_head(head, rows):
+def _matrix_of_head(head, rows):
     """Transformation from (column, row, 1) of cell corners: (2, 3) float64."""
     sizes, places = ({"dx", "dy"}, {"cellsize"}), [({f"{axis}llcorner"}, {f"{axis}llcenter"}) for axis in "xy"]
     if not all(any(names <= set(head) for names in choice) for choice in (sizes, *places)):
@@ -107,15 +107,15 @@ def open_raster(path):
     """
     open_input(path).close()
     with ExitStack() as stack:
-        with tell_damage(path):
+        with _tell_damage(path):
             raster = _open(path, stack)
         if raster.block_bytes > LARGEST_BLOCK:
             raise InputError(path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF")
-        yield replace(raster, read_cells=tell_damage(path)(raster.read_cells))
+        yield replace(raster, read_cells=_tell_damage(path)(raster.read_cells))
 
 
 @contextmanager
-def tell_damage(path):
+def _tell_damage(path):
     """Errors on damaged bytes become InputErrors, in a block or, as a decorator, in a function."""
     try:
         yield
@@ -129,7 +129,7 @@ def _open(path, stack):
     with open_input(path) as stream:
         start = stream.read(4)
         if start not in TIFF_STARTS:
-            return read_ascii_grid(path)
+            return _read_ascii_grid(path)
         with Path(path).open("rb") as plain:
             packed = plain.read(4) != start
         content = io.BytesIO(start + stream.read()) if packed else path
@@ -142,10 +142,10 @@ def _open(path, stack):
     except (NotImplementedError, CRSError) as reason:
         if importlib.util.find_spec("rasterio") is None:
             raise InputError(path, " ".join(str(reason).split()), CURE) from reason
-        return open_with_rasterio(path, content, stack)
+        return _open_with_rasterio(path, content, stack)
 
 
-def open_with_rasterio(path, content, stack):
+def _open_with_rasterio(path, content, stack):
     """Open a raster of a rarer kind by GDAL, where rasterio is installed.
 
     Parameters
@@ -193,7 +193,7 @@ def average_window(raster, window, shape):
     column, row, width, height = (int(value) for value in window)
     if shape == (height, width):
         return raster.read_cells(row, row + height, column, column + width)
-    across, down = share_cells(width, shape[1]), share_cells(height, shape[0]).tocsc()
+    across, down = _share_cells(width, shape[1]), _share_cells(height, shape[0]).tocsc()
     total, weight = np.zeros(shape), np.zeros(shape)
     most = max(PIECE // width, 1)
     step = most // raster.block_rows * raster.block_rows or most  # parts of blocks that are larger
@@ -233,7 +233,7 @@ def read_posts(raster, window, most, unit=1.0):
     if width * height > FREE_BYTES + LARGEST_GAIN * Path(raster.path).stat().st_size:
         problem = f"has {width:,} x {height:,} cells around the city, an implausible number for the size of the file"
         raise InputError(raster.path, problem, "give a coarser raster, or a window of it")
-    shape, factor = (min(height, most), min(width, most)), height_factor(raster, unit)
+    shape, factor = (min(height, most), min(width, most)), _height_factor(raster, unit)
 
     def read_land(*cells):
         heights = raster.read_cells(*cells) * factor
@@ -246,7 +246,7 @@ def read_posts(raster, window, most, unit=1.0):
     return heights, np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
 
 
-def share_cells(count, wanted):
+def _share_cells(count, wanted):
     """Overlap of so many cells with so many equal intervals over all of them: (wanted, count) sparse array."""
     edges = np.arange(wanted + 1) * (count / wanted)
     first = np.floor(edges[:-1]).astype(int)
@@ -280,7 +280,7 @@ def windows_around(raster, places):
     return found
 
 
-def height_factor(raster, unit=1.0):
+def _height_factor(raster, unit=1.0):
     """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
     word = raster.unit.strip().lower()
     if word in UNIT_WORDS:

@@ -16,7 +16,7 @@ WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le"
 SPACE = re.compile(r"[ \t\n\r\x1e]*")
 
 
-class Repeated(dict):
+class _Repeated(dict):
     """A JSON object with duplicate names; the last value counts."""
 
     names = ()
@@ -26,7 +26,7 @@ def _to_object(pairs):
     """A dict that records its duplicate names."""
     found = dict(pairs)
     if len(found) < len(pairs):
-        found, seen = Repeated(found), set()
+        found, seen = _Repeated(found), set()
         found.names = tuple(dict.fromkeys(name for name, _ in pairs if name in seen or seen.add(name)))
     return found
 

@@ -27,7 +27,7 @@ SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp
 
 
 @dataclass
-class ObjParts:
+class _ObjParts:
     """Contents of an OBJ file, in input order. `faces` are its `f` statements."""
 
     vertices: np.ndarray  # (v, 3) float64, z up
@@ -64,7 +64,7 @@ def parse_obj(path, up="z", report_share=silent):
     InputError
         Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out of range.
     """
-    parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
+    parts, vertices, faces = _ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
     budget = Budget(path, "holds a mesh", "split it into tiles, and give them all")
     for line, words in _statements(path, report_share):
@@ -175,15 +175,15 @@ def read_libraries(path, statements, notes):
     folder, lines = Path(path).parent, {}
     for line, text in statements:
         # All of it if there is such a file (names may contain spaces), else each word.
-        for name in [text] if find_library(folder, text)[0] else text.split() or [""]:
+        for name in [text] if _find_library(folder, text)[0] else text.split() or [""]:
             lines.setdefault(name, line)
     if len(lines) > MOST_LIBRARIES:
         notes.append(f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were read.")
     colours = {}
     for name, line in list(lines.items())[:MOST_LIBRARIES]:
-        library, refusal = find_library(folder, name)
+        library, refusal = _find_library(folder, name)
         try:
-            found = read_mtl(library, notes) if library else {}
+            found = _read_mtl(library, notes) if library else {}
         except InputError as error:
             found, refusal = {}, error.problem
         if refusal:
@@ -193,7 +193,7 @@ def read_libraries(path, statements, notes):
     return colours
 
 
-def find_library(folder, name):
+def _find_library(folder, name):
     """Path of a file in a folder, or None and the reason."""
     name = name.removeprefix("./")
     if not name:
@@ -207,7 +207,7 @@ def find_library(folder, name):
     return (folder / name, "") if found else (None, "no such file in the folder of the OBJ file")
 
 
-def read_mtl(path, notes):
+def _read_mtl(path, notes):
     """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as in `read_libraries`.
 
     Raises
@@ -223,7 +223,7 @@ def read_mtl(path, notes):
         elif keyword == "map_Kd":
             textured.add(name)
         elif keyword == "Kd" and name is not None:
-            colours[name] = read_colour(words)
+            colours[name] = _read_colour(words)
             if colours[name] is None:
                 wrong.setdefault(name, line)
     if wrong:
@@ -233,7 +233,7 @@ def read_mtl(path, notes):
     return {name: None if name in textured else colour for name, colour in colours.items() if name}
 
 
-def read_colour(words):
+def _read_colour(words):
     """Three numbers from 0 to 1, or one for all three; None for anything else, such as CIE XYZ and spectra."""
     try:
         values = [float(word) for word in words]

@@ -51,13 +51,13 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     """
     if up not in ("z", "y", "auto"):
         raise InputError("--up", f"{up!r} is not an axis", "choose z, y or auto")
-    contents = read_files(list_files(paths), up, progress)
+    contents = _read_files(_list_files(paths), up, progress)
     city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints)
     city.terrain = place_relief(contents, city, city.report.unit)
     return city
 
 
-def read_files(files, up, progress=silent):
+def _read_files(files, up, progress=silent):
     """Contents of files, one after the other.
 
     Returns
@@ -79,7 +79,7 @@ def read_files(files, up, progress=silent):
     return contents
 
 
-def list_files(paths):
+def _list_files(paths):
     """Expand files and folders to files, those of a folder sorted by name.
 
     Returns

@@ -125,7 +125,7 @@ class _Reading:
         self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
 
     def _add_objects(self, objects, shapes, line, report_share):
-        (kinds, families), content = find_families(objects), self.content
+        (kinds, families), content = _find_families(objects), self.content
         families, gone = _part_from_gone(objects, kinds, families)
         for name in gone:
             content.skip(GONE, clean_name(name))
@@ -210,7 +210,7 @@ EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
 INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
 
-def find_families(objects):
+def _find_families(objects):
     """Sort city objects into buildings, their parts and installations, and objects that are not read.
 
     Extension types whose name contains "Building" are read as a building if they have geometry or children, and as a
@@ -230,7 +230,7 @@ def find_families(objects):
         Name of each building, part and installation -> name of its building, and of the part that it is or belongs to,
         or None.
     """
-    kinds, families = {name: classify_object(one) for name, one in objects.items()}, {}
+    kinds, families = {name: _classify_object(one) for name, one in objects.items()}, {}
     above = {
         name: [parent for parent in _names(objects[name], "parents") if kinds.get(parent) in FAMILY]
         for name, kind in kinds.items()
@@ -254,7 +254,7 @@ def find_families(objects):
     return kinds, families
 
 
-def classify_object(one):
+def _classify_object(one):
     """building, member, extension, relief, plant, other or no object."""
     kind = one.get("type") if isinstance(one, dict) else None
     if not isinstance(kind, str):

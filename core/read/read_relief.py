@@ -87,7 +87,7 @@ def collect_json_relief(one, name, vertices, content):
             content.relief.corners[read_lod(geometry)].extend(points[triangles].ravel())
 
 
-def relief_layers(relief):
+def _relief_layers(relief):
     """Layers of a relief by their level of detail, the finest first.
 
     Parameters
@@ -138,7 +138,7 @@ def read_relief(path):
                 raise InputError(path, f"line {element.sourceline}: {problem}", "correct or remove this triangle")
     if not relief.count():
         raise InputError(path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid")
-    return list(relief_layers(relief).values()), crs_of_relief(relief, path)
+    return list(_relief_layers(relief).values()), _crs_of_relief(relief, path)
 
 
 def place_relief(contents, city, unit):
@@ -167,8 +167,8 @@ def place_relief(contents, city, unit):
             continue
         sources.append(str(content.path))
         try:
-            crs = crs_of_relief(content.relief, content.path) or content.crs or common
-            for lod, layer in relief_layers(content.relief).items():
+            crs = _crs_of_relief(content.relief, content.path) or content.crs or common
+            for lod, layer in _relief_layers(content.relief).items():
                 placed = place_layer(layer, (crs, content.axes), city, UNITS[unit], content.path)
                 of_lod.setdefault(lod, []).append(placed)
         except InputError as error:  # the city can do without
@@ -181,7 +181,7 @@ def place_relief(contents, city, unit):
     return Terrain(", ".join(sources), joined) if joined else None
 
 
-def crs_of_relief(relief, path):
+def _crs_of_relief(relief, path):
     """The one system that a relief itself names, or None.
 
     Raises

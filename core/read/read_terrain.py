@@ -54,7 +54,7 @@ def read_terrain(path, city, unit="m", up="z"):
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
     if suffix in RASTERS:
-        terrain.layers = read_raster(path, city, UNITS[unit], terrain.notes)
+        terrain.layers = _read_raster(path, city, UNITS[unit], terrain.notes)
     elif suffix in RELIEFS:
         layers, crs = read_relief(path)
         _note_missing(crs, city.crs, path, terrain.notes)
@@ -88,7 +88,7 @@ def _note_missing(crs, city_crs, path, notes):
         notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
 
 
-def read_raster(path, city, unit, notes):
+def _read_raster(path, city, unit, notes):
     """Terrain layers of a raster around a city.
 
     Parameters
@@ -149,7 +149,7 @@ def _common_unit(raster, crs, unit):
 
 
 def _read_layer(raster, window, posts, notes, target):
-    """Triangles of a window with so many posts on a side at most, in a system and unit as of `read_raster`: Layer."""
+    """Triangles of a window with so many posts on a side at most, in a system and unit as of `_read_raster`: Layer."""
     path, (crs, unit) = raster.path, target
     heights, matrix = read_posts(raster, window, posts, unit)
     rows, columns = heights.shape

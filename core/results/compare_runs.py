@@ -19,7 +19,7 @@ from ..settings.request import declared_settings, option_of
 from .read_results import CURE, Results, read_results, read_table
 
 TEXTS = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
-YIELDS = ["mwh_per_hour", "full_load_hours", "full_load_hours_error", "mwh", "mwh_error"]  # of `yields_of`
+YIELDS = ["mwh_per_hour", "full_load_hours", "full_load_hours_error", "mwh", "mwh_error"]  # of `_yields_of`
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
 GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have to agree
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
@@ -68,8 +68,8 @@ def compare_folders(before, after):
     """
     folders, known, again = (before, after), None, None
     before, after = read_results(before), read_results(after)
-    check_comparable(before, after)
-    match = match_shapes(shapes_of(before), shapes_of(after))
+    _check_comparable(before, after)
+    match = match_shapes(_shapes_of(before), _shapes_of(after))
     traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
     names = {name for name, *_ in declared_settings("light", "effects")}
     variant = after.summary.get("variant") or {}
@@ -79,7 +79,7 @@ def compare_folders(before, after):
         again = variant.get("base_light")
     if again:
         before.faces = before.faces.assign(**_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before))
-    states = [pd.concat([one.faces[TEXTS], yields_of(one)], axis=1) for one in (before, after)]
+    states = [pd.concat([one.faces[TEXTS], _yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
     summary = {
@@ -117,7 +117,7 @@ def compare_surfaces(before, after, match, errors=None):
     Parameters
     ----------
     before, after : pandas.DataFrame
-        A row for each surface: building_id and kind, other texts, and the columns of `yields_of`.
+        A row for each surface: building_id and kind, other texts, and the columns of `_yields_of`.
     match : (n,) int
         Of `match_shapes`.
     errors : (n,) float [h], optional
@@ -151,7 +151,7 @@ def compare_surfaces(before, after, match, errors=None):
     return table
 
 
-def check_comparable(before, after):
+def _check_comparable(before, after):
     """Refuse runs of which not only the city differs.
 
     Raises
@@ -203,7 +203,7 @@ def match_shapes(earlier, later):
     return match
 
 
-def shapes_of(results):
+def _shapes_of(results):
     """Middle of the corners, root of the area and normal of each surface: (n, 7) float64 [m], in the files' grid."""
     outlines, faces = results.outlines, results.faces
     place = results.summary["input"]["site"]
@@ -218,7 +218,7 @@ def shapes_of(results):
     return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
 
 
-def yields_of(results):
+def _yields_of(results):
     """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors: pandas.DataFrame."""
     faces, summary = results.faces, results.summary
     counted = faces["area" if summary["settings"]["hidden_walls"] == "count" else "open_area"]
@@ -244,14 +244,14 @@ def sum_buildings(table):
         table = table.assign(**{f"mwh_change_{side}": table["mwh_change"].where(table["kind"].isin(kinds), 0.0)})
     rows = []
     for name, own in table.groupby("building_id", sort=True):
-        states, sums = own["state"].unique(), sum_energy(own)
+        states, sums = own["state"].unique(), _sum_energy(own)
         percent = 100 * sums["mwh_change"] / sums["mwh_before"] if sums["mwh_before"] > 0 else np.nan
         state = states[0] if len(states) == 1 else CHANGED
         rows.append({"building_id": name, "state": state, **sums, "percent_change": percent})
     return pd.DataFrame(rows).sort_values(["mwh_change", "building_id"], ignore_index=True)
 
 
-def sum_energy(rows):
+def _sum_energy(rows):
     """Sums over some surfaces or buildings, whose errors count as independent: dict."""
     return {name: float(rows[name].sum() if name != ERROR else np.sqrt((rows[name] ** 2).sum())) for name in SUMS}
 
@@ -259,4 +259,4 @@ def sum_energy(rows):
 def sum_states(buildings):
     """Sums [MWh per year] over the buildings of each state and over all: dict of dict."""
     states = {name: buildings[buildings["state"] == name] for name in (EXISTING, CHANGED, NEW, GONE)}
-    return {name: {"buildings": len(own), **sum_energy(own)} for name, own in (states | {"all": buildings}).items()}
+    return {name: {"buildings": len(own), **_sum_energy(own)} for name, own in (states | {"all": buildings}).items()}

@@ -97,7 +97,7 @@ def describe_assumptions(summary):
         ("Sky", SKIES[summary["sky"]]),
         ("Sun positions", f"{WAYS[way].format(number)}: {summary['suns']['count']:,} positions"),
         ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
-        ("Albedo (share of light reflected)", describe_albedo(summary, light)),
+        ("Albedo (share of light reflected)", _describe_albedo(summary, light)),
         ("Azimuths that count", SECTORS[settings["sectors"]]),
         ("Walls that a neighbour covers", HIDDEN_WALLS[settings["hidden_walls"]]),
     ]
@@ -170,7 +170,7 @@ def describe_edge(summary):
     )
 
 
-def describe_albedo(summary, light):
+def _describe_albedo(summary, light):
     """Albedos met, in words."""
     met = summary.get("albedo") or []
     names = [one.get("material") or one.get("name") or "" for one in met]
@@ -191,18 +191,18 @@ def list_settings(summary):
     for name, _, details in declared_settings():
         values = traced if details.group in ("city", "light") and traced else summary["settings"]
         if name in values and details.option != "":
-            rows.append((details.words, option_of(name), show_value(values[name], details.unit)))
+            rows.append((details.words, option_of(name), _show_value(values[name], details.unit)))
     return rows
 
 
-def show_value(value, unit=""):
+def _show_value(value, unit=""):
     """A setting as a reader writes it."""
     if value is None or value in ("", [], {}):
         return "–"
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, dict):
-        return ", ".join(f"{key}={show_value(item)}" for key, item in value.items())
+        return ", ".join(f"{key}={_show_value(item)}" for key, item in value.items())
     if isinstance(value, list):
         return ", ".join(map(str, value))
     text = PurePath(value).name if isinstance(value, str) and ("/" in value or "\\" in value) else str(value)

@@ -42,7 +42,7 @@ def draw_plan(faces, outlines, show):
     hours = chosen["full_load_hours"]
     ends = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
     look = {"cmap": colour_scale(COLOUR_MAP), "clim": ends}
-    return draw_surfaces(faces, outlines, hours.rename("Full load hours a year [h]"), show, look)
+    return _draw_surfaces(faces, outlines, hours.rename("Full load hours a year [h]"), show, look)
 
 
 def draw_change(surfaces, outlines, show):
@@ -67,31 +67,31 @@ def draw_change(surfaces, outlines, show):
     most = max(map(abs, choose_range(change[sure].to_numpy(), faces["area"][sure].to_numpy()))) if sure.any() else 1.0
     colours = LinearSegmentedColormap.from_list("change", [f"#{stop}" for stop in DIVERGING.split()])
     look = {"cmap": colours, "clim": (-most, most)}
-    figure = draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
-    new = rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new")))
-    figure.axes[0].add_collection(shade_areas(outlines, new, facecolor="none", edgecolor="black", linewidth=1.2))
+    figure = _draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
+    new = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new")))
+    figure.axes[0].add_collection(_shade_areas(outlines, new, facecolor="none", edgecolor="black", linewidth=1.2))
     return figure
 
 
-def draw_surfaces(faces, outlines, values, show, look):
+def _draw_surfaces(faces, outlines, values, show, look):
     """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades as lines."""
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
     size, (low, high) = upper - lower, look["clim"]
     figure = make_figure(WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT)
     axes = figure.subplots()
-    frame_plan(axes, lower, upper)
-    roofs = rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
+    _frame_plan(axes, lower, upper)
+    roofs = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
     grey = [surface for surface in roofs if show == "facade" or surface not in values.index]
-    axes.add_collection(shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
+    axes.add_collection(_shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
     if show == "facade":
-        drawn = rows_by_height(outlines, values.index)
+        drawn = _rows_by_height(outlines, values.index)
         lines = [facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn]
         points = 72 * WIDTH / max(size)  # per metre, about
         width = float(np.clip(WALL_WIDTH * points, THINNEST, THICKEST))
         coloured = LineCollection(lines, array=values[drawn].to_numpy(), linewidth=width, capstyle="butt", **look)
     else:
         drawn = [surface for surface in roofs if surface in values.index]
-        coloured = shade_areas(
+        coloured = _shade_areas(
             outlines, drawn, array=values[drawn].to_numpy(), edgecolor="white", linewidth=0.25, **look
         )
     axes.add_collection(coloured)
@@ -103,7 +103,7 @@ def draw_surfaces(faces, outlines, values, show, look):
     return figure
 
 
-def frame_plan(axes, lower, upper):
+def _frame_plan(axes, lower, upper):
     """Give the plan its extent, a scale bar and an arrow to the north."""
     size = upper - lower
     margin = 0.03 * max(size)
@@ -118,14 +118,14 @@ def frame_plan(axes, lower, upper):
     axes.annotate("N", (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north)
 
 
-def rows_by_height(outlines, rows):
+def _rows_by_height(outlines, rows):
     """Rows that have an outline, in the order of their highest corner: list of int."""
     rings = {int(row): outlines.rings(row) for row in rows}
     highest = {row: own[0][:, 2].max() for row, own in rings.items() if own}
     return sorted(highest, key=lambda row: (highest[row], row))
 
 
-def shade_areas(outlines, rows, **look):
+def _shade_areas(outlines, rows, **look):
     """Some surfaces as filled areas, holes left free: a matplotlib collection."""
     return PatchCollection([PathPatch(area_path(outlines.rings(row))) for row in rows], **look)
 

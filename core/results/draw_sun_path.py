@@ -39,7 +39,7 @@ def hour_curves(times, interval, latitude, longitude):
     curves = {}
     for hour in range(24):
         start = days + hour * HOUR
-        curves[f"{start[0] + interval / 2:%H:%M}"] = place_sun(start, interval, latitude, longitude)
+        curves[f"{start[0] + interval / 2:%H:%M}"] = _place_sun(start, interval, latitude, longitude)
     return {name: curve for name, curve in curves.items() if np.isfinite(curve[1]).any()}
 
 
@@ -47,10 +47,10 @@ def day_path(year, month, day, latitude, longitude):
     """Azimuth and apparent elevation of the sun through one day of local solar time: two (t,) arrays [°]."""
     midnight = pd.Timestamp(year=year, month=month, day=day, tz="UTC") - pd.Timedelta(hours=longitude / 15)
     times = pd.date_range(midnight, midnight + DAY, freq=pd.Timedelta(minutes=MINUTES))
-    return place_sun(times, pd.Timedelta(0), latitude, longitude)
+    return _place_sun(times, pd.Timedelta(0), latitude, longitude)
 
 
-def place_sun(times, interval, latitude, longitude):
+def _place_sun(times, interval, latitude, longitude):
     """Azimuth and apparent elevation in the middle of intervals [°], elevation NaN below the horizon."""
     position = solar_position(times, interval, latitude, longitude)
     elevation = 90 - position["apparent_zenith"].to_numpy()
@@ -77,7 +77,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     figure = make_figure(10, 4.6)
     axes = figure.subplots()
     for name, (azimuth, elevation) in hour_curves(times, interval, latitude, longitude).items():
-        x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
+        x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=CURVES, linewidth=1.2)
         top = np.nanargmax(y)
         if y[top] > LOWEST_NAME:
@@ -87,7 +87,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     year = times[len(times) // 2].year
     for (month, day), (name, colour) in DAYS.items():
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
-        x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
+        x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
     east, north, up = np.asarray(suns, float).T
     azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
@@ -101,7 +101,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     return figure
 
 
-def break_at_edge(azimuth, elevation):
+def _break_at_edge(azimuth, elevation):
     """The curve with a gap where it leaves the picture on one side and comes back on the other."""
     jump = np.flatnonzero(np.abs(np.diff(azimuth)) > 180) + 1
     return np.insert(azimuth, jump, np.nan), np.insert(elevation, jump, np.nan)

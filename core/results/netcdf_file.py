@@ -54,14 +54,14 @@ def netcdf_file(path):
     OSError
         The system refused to write: the disk is full, for instance.
     """
-    with KeptError(path, "w+") as stream:
+    with _KeptError(path, "w+") as stream:
         yield stream
     if stream.error is not None:
         words = f"cannot be written ({stream.error.strerror}): is the disk full?"
         raise OSError(stream.error.errno or errno.EIO, words, str(path)) from stream.error
 
 
-class KeptError(io.FileIO):
+class _KeptError(io.FileIO):
     """An open file that keeps the first error of writing, and from then on drops what is written."""
 
     error = None

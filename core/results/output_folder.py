@@ -39,7 +39,7 @@ SITE_FILES = "page/files.txt"  # of a solar map: all its files
 LOCK, NEW, OLD = ".lock", "new", "old"  # in the temporary folder: lock, results that are written, results before
 
 
-def check_folder(folder, overwrite, names=NAMES):
+def _check_folder(folder, overwrite, names=NAMES):
     """Raise an error if results cannot be written to a folder.
 
     Raises
@@ -106,20 +106,20 @@ def whole_folder(folder, overwrite=False, names=NAMES):
     InputError
         The folder cannot be used, or another run is writing to it.
     """
-    check_folder(folder, overwrite, names)
+    _check_folder(folder, overwrite, names)
     folder = Path(folder).resolve()
     place = name_beside(folder, ".", ".unfinished")
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
-    with lock_folder(place, folder):
+    with _lock_folder(place, folder):
         try:
             work = place / NEW
             work.mkdir()
             yield work
-            check_folder(folder, overwrite, names)  # hours may have passed
-            move_results(work, folder, names)
+            _check_folder(folder, overwrite, names)  # hours may have passed
+            _move_results(work, folder, names)
         finally:
             _empty(place)
             shutil.rmtree(place, ignore_errors=True)
@@ -128,7 +128,7 @@ def whole_folder(folder, overwrite=False, names=NAMES):
 
 
 @contextmanager
-def lock_folder(place, folder):
+def _lock_folder(place, folder):
     """Lock the temporary folder for this process, and empty it.
 
     Raises
@@ -168,7 +168,7 @@ def _empty(place):
             shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
 
 
-def move_results(work, folder, names=NAMES):
+def _move_results(work, folder, names=NAMES):
     """Replace the results in the output folder by those in the temporary folder."""
     unknown = sorted({file.name for file in work.iterdir()} - set(names))
     if unknown:

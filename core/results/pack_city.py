@@ -61,7 +61,7 @@ def pack_city(results, change=None):
         square = (change["mwh_change_standard_error"] ** 2).groupby(change["building_id"]).sum().reindex(buildings)
         arrays |= {"building_change": sums.to_numpy(float), "building_change_error": np.sqrt(square.to_numpy(float))}
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
-    packed = [pack_array(name, array) for name, array in (arrays | shapes).items()]
+    packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {
         "buildings": buildings.tolist(),
         "surfaces": faces["surface_id"].tolist(),
@@ -87,7 +87,7 @@ def describe_view(kinds, sides, layers):
     }
 
 
-def pack_array(name, array):
+def _pack_array(name, array):
     """Entry of the header, and bytes: of whole numbers the differences, of each number the first bytes first."""
     whole = array.dtype.kind in "iu"
     numbers = np.diff(array.ravel(), prepend=0).astype("<i4") if whole else array.ravel().astype("<f4")

@@ -47,7 +47,7 @@ PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
 @dataclass
-class KeptRays:
+class _KeptRays:
     """What rays.nc holds."""
 
     city: City  # as read
@@ -55,7 +55,7 @@ class KeptRays:
     request: Request  # its files lie in a temporary folder
     names: dict  # of these settings: the files that were given
     decisions: Decisions
-    traced: dict  # of `keep_traced`
+    traced: dict  # of `_keep_traced`
     drift: float  # as of EditableCity
 
 
@@ -93,7 +93,7 @@ def write_rays(path, base, city, names=None):
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
         "drift": base.drift,
-        "traced": keep_traced(base.city),
+        "traced": _keep_traced(base.city),
     }
     arrays, found = [], {}
     tree = encode(content, arrays)
@@ -107,7 +107,7 @@ def write_rays(path, base, city, names=None):
         write_variables(file, found)
 
 
-def keep_traced(city):
+def _keep_traced(city):
     """What edits need of a TracedCity: dict as of `restore_editable`."""
     states = [
         {
@@ -136,7 +136,7 @@ def read_rays(folder):
     with parsing(path, "cannot be read", CURE), h5netcdf.File(path) as file:
         if file.attrs.get("title") != FORMAT:
             problem = f"is of another version, not of {FORMAT!r}"
-            raise InputError(path, problem, f"trace the city again: {command_again(folder)}")
+            raise InputError(path, problem, f"trace the city again: {_command_again(folder)}")
         text = np.asarray(file["content"][:]).tobytes()
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")
@@ -144,7 +144,7 @@ def read_rays(folder):
     try:
         found = decode(json.loads(text), arrays)
         request, files = build_from(Request, found.pop("request")), found.pop("files")
-        kept = build_from(KeptRays, {"request": request, **found})
+        kept = build_from(_KeptRays, {"request": request, **found})
     except ValueError as error:
         raise blame_file(path, "cannot be read", error, CURE) from error
     place = tempfile.mkdtemp(prefix="citypv-")
@@ -156,7 +156,7 @@ def read_rays(folder):
     return kept
 
 
-def command_again(folder):
+def _command_again(folder):
     """The command that computes a result folder again so that it can be edited, from its summary.json: str."""
     try:
         summary = json.loads((Path(folder) / "summary.json").read_text("utf-8"))

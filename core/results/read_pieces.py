@@ -41,7 +41,7 @@ class Shapes:
 
 
 @dataclass
-class Piece:
+class _Piece:
     """Some surfaces, with shapes."""
 
     faces: pd.DataFrame  # rows of faces.csv
@@ -51,7 +51,7 @@ class Piece:
     def take(self, mask):
         """The surfaces of a mask, (n,) bool."""
         shapes = self.shapes.take(np.flatnonzero(mask), len(mask))
-        return Piece(self.faces[mask], self.months[mask], shapes)
+        return _Piece(self.faces[mask], self.months[mask], shapes)
 
 
 def join_pieces(pieces):
@@ -63,7 +63,7 @@ def join_pieces(pieces):
     corners = np.concatenate([one.corners for one in shapes])
     feature = np.concatenate([one.feature + row for one, row in zip(shapes, rows, strict=True)])
     triangles = np.concatenate([one.triangles + place for one, place in zip(shapes, first, strict=True)])
-    return Piece(faces, months, Shapes(corners, feature, triangles))
+    return _Piece(faces, months, Shapes(corners, feature, triangles))
 
 
 def frame_of(latitude, longitude):
@@ -106,7 +106,7 @@ def read_pieces(folder, frame):
             for table in tables:
                 faces = check_columns(path, table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
                 check_names(folder, file["surface_id"][first : first + len(faces)], faces["surface_id"].tolist())
-                yield read_shapes(file, faces, first, site, frame)
+                yield _read_shapes(file, faces, first, site, frame)
                 first += len(faces)
             if first != file["surface_id"].shape[0]:
                 raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
@@ -114,20 +114,20 @@ def read_pieces(folder, frame):
         raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
 
 
-def read_shapes(file, faces, first, site, frame):
+def _read_shapes(file, faces, first, site, frame):
     """Piece of some rows of faces.csv, of which the first is number `first`."""
     rows = slice(first, first + len(faces))
     start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
     rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
-    points = bring_to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float), site, frame)
+    points = _bring_to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float), site, frame)
     start, rings = start - start[0], rings - rings[0]
     shaped = np.flatnonzero(np.diff(start) > 0)
     triangles, _ = triangulate(points, rings, np.append(start[shaped], start[-1]))
     owner = np.repeat(np.arange(len(faces)), np.diff(rings[start]))
-    return Piece(faces, file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles))
+    return _Piece(faces, file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles))
 
 
-def bring_to_frame(points, site, frame):
+def _bring_to_frame(points, site, frame):
     """Points of a scene's frame, (m, 3) float64 [m], in the map's frame.
 
     Without a reference system, or where it does not hold, the scene's frame is that of its place.

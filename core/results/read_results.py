@@ -106,7 +106,7 @@ def read_results(folder):
     groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
-    axis = read_times(folder / "timeseries.nc")
+    axis = _read_times(folder / "timeseries.nc")
     with open_surfaces(folder) as file:
         outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
@@ -188,7 +188,7 @@ def check_columns(path, table, texts, numbers):
     return table
 
 
-def read_times(path):
+def _read_times(path):
     """Time axis of timeseries.nc, and its interval."""
     with parsing(path, "cannot be read as a time series of CityPV", CURE):
         refuse_links(path)

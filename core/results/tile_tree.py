@@ -28,7 +28,7 @@ AFAR = ("reason", "kwp", "hours", "error", "sky")  # columns from afar, beside t
 
 
 @dataclass
-class Node:
+class _Node:
     """A tile with what the tile above it needs."""
 
     tile: dict  # as in the file of the tree
@@ -60,7 +60,7 @@ def write_square(folder, place, piece, columns, look):
     low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
     shapes, count = piece.shapes, len(piece.faces)
     feet = find_feet(shapes.corners, columns["building"][shapes.feature])
-    ground = lay_ground(low, SIDE, feet)
+    ground = _lay_ground(low, SIDE, feet)
     middle = np.array([*(low + SIDE / 2), feet[:, 2].min()])
     box = bound(shapes.corners, ground.corners)
 
@@ -75,26 +75,26 @@ def write_square(folder, place, piece, columns, look):
             continue  # racks alone, whose numbers are in the sums of their building
         data = compose(rows, columns, not tiles)
         if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
-            waiting += reversed(np.split(rows, [cut_between(columns["building"][rows])]))
+            waiting += reversed(np.split(rows, [_cut_between(columns["building"][rows])]))
             continue
         uri = f"{name}_{len(tiles)}.glb"
         (folder / uri).write_bytes(data)
-        tiles.append({"boundingVolume": box_of(box), "geometricError": 0, "content": {"uri": uri}})
+        tiles.append({"boundingVolume": _box_of(box), "geometricError": 0, "content": {"uri": uri}})
     # Roofs without walls are off by the height of the tallest building.
-    tall = tallest(shapes.corners[:, 2], columns["building"][shapes.feature])
-    tile = {"boundingVolume": box_of(box), "geometricError": tall, "refine": "REPLACE", "children": tiles}
+    tall = _tallest(shapes.corners[:, 2], columns["building"][shapes.feature])
+    tile = {"boundingVolume": _box_of(box), "geometricError": tall, "refine": "REPLACE", "children": tiles}
     drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
     roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
     if len(roofs):
         largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:MOST_ROOFS]])
         names = [*AFAR, "tilt", "azimuth", *(key for key in columns if key.startswith("month_"))]
-        afar = {key: round_off(columns[key]) for key in names}
+        afar = {key: _round_off(columns[key]) for key in names}
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
-    return Node(tile, box, *sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
+    return _Node(tile, box, *_sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
 
 
-def tallest(height, building):
+def _tallest(height, building):
     """Height of the tallest of some buildings [m]: from its lowest corner to its highest."""
     _, number = np.unique(building, return_inverse=True)
     low, high = np.full(number.max() + 1, np.inf), np.full(number.max() + 1, -np.inf)
@@ -103,14 +103,14 @@ def tallest(height, building):
     return float((high - low).max())
 
 
-def cut_between(building):
+def _cut_between(building):
     """Place nearest to the middle at which another building begins, or the middle of a single one."""
     edges = np.flatnonzero(np.diff(building)) + 1
     half = len(building) // 2
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
 
 
-def lay_ground(low, side, feet):
+def _lay_ground(low, side, feet):
     """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes of one feature."""
     steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
     nodes = np.stack(np.meshgrid(low[0] + steps, low[1] + steps), axis=-1).reshape(-1, 2)
@@ -121,7 +121,7 @@ def lay_ground(low, side, feet):
     return Shapes(np.column_stack([nodes, height]), np.zeros(NODES**2, int), triangles)
 
 
-def sum_pixels(low, shapes, roofs, columns, feet):
+def _sum_pixels(low, shapes, roofs, columns, feet):
     """What the roofs add to each pixel of a square: `pixel` and `sums` of its Node."""
     a, b, c = (shapes.corners[shapes.triangles[:, k]] for k in range(3))
     area = 0.5 * np.abs(np.cross(b - a, c - a)[:, 2])  # in plan
@@ -141,10 +141,10 @@ def sum_pixels(low, shapes, roofs, columns, feet):
     column, line = np.clip((place[:, :2] - low) / SIDE * PIXELS, 0, PIXELS - 1).astype(int).T
     height = [share * place[:, 2], share * heights_at(place[:, :2], feet)]
     weighted = np.where(counted[:, None] > 0, counted[:, None] * values, 0.0)
-    return add_up(line * PIXELS + column, np.column_stack([share, *height, counted, weighted]))
+    return _add_up(line * PIXELS + column, np.column_stack([share, *height, counted, weighted]))
 
 
-def add_up(pixel, sums):
+def _add_up(pixel, sums):
     """The different pixels, and the sums over their rows."""
     found, place = np.unique(pixel, return_inverse=True)
     total = np.zeros((len(found), sums.shape[1]))
@@ -178,20 +178,20 @@ def join_squares(folder, place, parts, look, top=False):
     for (x, y), node in parts:
         line, column = np.divmod(node.pixel, PIXELS)
         pixels.append((line // 2 + y % 2 * half) * PIXELS + column // 2 + x % 2 * half)
-    pixel, sums = add_up(np.concatenate(pixels), np.concatenate([node.sums for _, node in parts]))
+    pixel, sums = _add_up(np.concatenate(pixels), np.concatenate([node.sums for _, node in parts]))
     error = max(2 * side / PIXELS, *(node.tile["geometricError"] for _, node in parts))
-    tile = {"boundingVolume": box_of(box), "geometricError": error, "refine": "REPLACE"}
+    tile = {"boundingVolume": _box_of(box), "geometricError": error, "refine": "REPLACE"}
     tile["children"] = [node.tile for _, node in parts]
     if len(pixel):
-        (folder / f"{name}.glb").write_bytes(compose_mosaic(np.array(grid) * side, side, pixel, sums, look))
+        (folder / f"{name}.glb").write_bytes(_compose_mosaic(np.array(grid) * side, side, pixel, sums, look))
         tile["content"] = {"uri": f"{name}.glb"}
     if top or level % APART == 0:
         write_tileset(folder / f"{name}.json", tile)
         tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {"content": {"uri": f"{name}.json"}}
-    return Node(tile, box, pixel, sums)
+    return _Node(tile, box, pixel, sums)
 
 
-def compose_mosaic(low, side, pixel, sums, look):
+def _compose_mosaic(low, side, pixel, sums, look):
     """Bytes of the tile: a square for each pixel, of the area of its roofs."""
     line, column = np.divmod(pixel, PIXELS)
     step = side / PIXELS
@@ -209,13 +209,13 @@ def compose_mosaic(low, side, pixel, sums, look):
         # Nothing of it counts: the last of the reasons.
         reason = np.where(sums[:, 3] > 0, 0, len(look["enums"]["reason"]) - 1).astype(np.uint8)
         columns = {"reason": reason, "kwp": energy / means[0], **dict(zip(named, means, strict=True))}
-    columns = {name: round_off(values) for name, values in columns.items()}
+    columns = {name: _round_off(values) for name, values in columns.items()}
     shapes = Shapes(corners.reshape(-1, 3), np.repeat(np.arange(len(pixel)), 4), triangles)
-    ground = lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))
+    ground = _lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))
     return compose_tile(shapes, columns, ground, np.array([*(low + side / 2), heights[:, 1].min()]), **look)
 
 
-def round_off(values):
+def _round_off(values):
     """float32 of fewer digits; whole numbers as they are."""
     if values.dtype.kind != "f":
         return values
@@ -228,7 +228,7 @@ def bound(*points):
     return np.concatenate([points.min(axis=0), points.max(axis=0)])
 
 
-def box_of(box):
+def _box_of(box):
     """Bounding volume of a tile."""
     centre, half = (box[:3] + box[3:]) / 2, (box[3:] - box[:3]) / 2
     return {"box": [*centre.tolist(), *np.diag(half).ravel().tolist()]}

@@ -117,23 +117,23 @@ def write_transfer(path, transfer, progress=silent):
         progress(STAGE, 0, total, "B")
         for group, state in states.items():
             place = file.create_group(group) if group else file
-            variables, attributes = describe_state(state)
+            variables, attributes = _describe_state(state)
             if state.base is not None:
                 attributes[KEEPS_BASE] = BASE
             if state.bare is not None:
                 attributes["leaf_months"] = json.dumps(state.leaf_months)
             write_variables(place, variables)
-            sums = {":" + name: checksum(value) for name, value in attributes.items()}
-            sums |= {name: checksum(values) for name, (_, values, *_) in variables.items()}
+            sums = {":" + name: _checksum(value) for name, value in attributes.items()}
+            sums |= {name: _checksum(values) for name, (_, values, *_) in variables.items()}
             for name in MATRICES:
                 sums[name] = 0
-                for values in append_matrix(place, name, getattr(state, name)):
-                    sums[name], done = checksum(values, sums[name]), done + values.nbytes
+                for values in _append_matrix(place, name, getattr(state, name)):
+                    sums[name], done = _checksum(values, sums[name]), done + values.nbytes
                     progress(STAGE, done, total, "B")
             place.attrs.update(attributes | {SUMS: json.dumps(sums)})
 
 
-def checksum(values, before=0):
+def _checksum(values, before=0):
     """CRC-32 of numbers or texts, after `before` of those in front of them."""
     array = np.asarray(values)
     if array.dtype.kind in "OUT":
@@ -160,7 +160,7 @@ def describe_fields(owners):
     return variables
 
 
-def describe_state(transfer):
+def _describe_state(transfer):
     """All of a Transfer but the matrices of surfaces × suns: variables by name, and attributes."""
     owners = {name: getattr(transfer, name) for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")}
     owners |= {"transfer": transfer, **transfer.sources}
@@ -178,7 +178,7 @@ def describe_state(transfer):
     return describe_fields(owners), attributes
 
 
-def append_matrix(file, name, matrix):
+def _append_matrix(file, name, matrix):
     """Add a matrix of surfaces × suns, and yield its blocks of rows."""
     chunk = max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))), max(matrix.shape[1], 1)
     packed = {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True} if matrix.size else {}
@@ -223,8 +223,8 @@ def _read_group(path, group):
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
     try:
         for state in (dataset, *([] if bare is None else [bare])):
-            check_sums(path, state)
-            check_names(path, state)
+            _check_sums(path, state)
+            _check_names(path, state)
         notes = () if SUMS in dataset.attrs else (UNCHECKED,)
         notes += () if "no_room" in dataset else (UNKNOWN_ROOM,)
         transfer = replace(transfer_of_dataset(dataset), notes=notes)
@@ -240,7 +240,7 @@ def _read_group(path, group):
         raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
 
 
-def check_names(path, dataset):
+def _check_names(path, dataset):
     """Refuse a file without what every run writes."""
     wanted = [name for name, (owner, *_) in VARIABLES.items() if owner in ("surfaces", "suns", "transfer")]
     missing = [name for name in (*wanted, *MATRICES) if name not in dataset]
@@ -249,13 +249,13 @@ def check_names(path, dataset):
         raise InputError(path, f"lacks {', '.join(missing)}", OTHER_CURE)
 
 
-def check_sums(path, dataset):
+def _check_sums(path, dataset):
     """Refuse variables and attributes that are not what was written; files without checksums pass."""
     for name, expected in json.loads(dataset.attrs.get(SUMS, "{}")).items():
         if name.lstrip(":") not in (dataset.attrs if name.startswith(":") else dataset):
             raise InputError(path, f"is damaged: {name.lstrip(':')} is missing", COPY)
         stored = dataset.attrs[name[1:]] if name.startswith(":") else dataset[name].values
-        if checksum(stored) != expected:
+        if _checksum(stored) != expected:
             raise InputError(path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY)
 
 

@@ -52,7 +52,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
 
     table = {"building_id": names}
     places = ("easting", "northing", "latitude", "longitude")
-    table |= dict(zip(places, find_middles(transfer, building, len(names)).T, strict=True))
+    table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
     every = np.ones(len(building), bool)
     table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
     table["eligible_area"] = add(energy.counted_area, eligible)
@@ -72,7 +72,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     return pd.DataFrame(table)
 
 
-def find_middles(transfer, building, count):
+def _find_middles(transfer, building, count):
     """Middle of each building's bounding box: (b, 4) float64; NaN without outlines, or where the place is not known.
 
     Easting and northing, or longitude and latitude, in the system and the units of the files; latitude and longitude

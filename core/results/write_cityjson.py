@@ -56,18 +56,18 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     # Coordinates are those of the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
     # Whole numbers of a unit or, where that is 111 km long, of a thousandth.
-    coarse = np.array([1e3, 1e3, 1.0]) if in_degrees(city.crs) else np.ones(3)
+    coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)
     translate = np.floor(points.min(axis=0) * coarse) / coarse
     local = points - translate
-    finer = [DEGREES * in_degrees(city.crs), DEGREES * in_degrees(city.crs), 0]  # decimals that degrees need more
-    decimals = [choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)]
+    finer = [DEGREES * _in_degrees(city.crs), DEGREES * _in_degrees(city.crs), 0]  # decimals that degrees need more
+    decimals = [_choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)]
     if not any(finer):
         decimals = [min(decimals)] * 3
     whole = np.round(local * 10.0 ** np.array(decimals)).astype(np.int64)
     scale = [round(10.0**-places, places) for places in decimals]
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
-    boundaries, surfaces = list_boundaries(city, index), describe_surfaces(city, transfer, energy)
+    boundaries, surfaces = _list_boundaries(city, index), _describe_surfaces(city, transfer, energy)
     members = {}
     for polygon, building in enumerate(city.building_id):
         lod = (city.lod[polygon] if city.lod else "") or "2"
@@ -85,7 +85,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
                 "lod": lod,
                 "boundaries": [boundaries[k] for k in own],
                 "semantics": {"surfaces": [surfaces[k] for k in own], "values": list(range(len(own)))},
-                **wear_materials(city, own, colours),
+                **_wear_materials(city, own, colours),
             }
             for lod, own in sorted(levels.items())
         ]
@@ -93,7 +93,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     taken = dict.fromkeys(members, 1)
     for number, (building, parts) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
-        attributes, own = describe_building(sums.loc[building]), {}
+        attributes, own = _describe_building(sums.loc[building]), {}
         for part, levels in parts.items():
             if part:
                 name = free_name(f"{building}_part_{len(own) + 1}", taken)
@@ -117,7 +117,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         "version": "2.0",
         "transform": {"scale": scale, "translate": translate.tolist()},
         "metadata": metadata,
-        **({"appearance": {"materials": list_materials(city, colours)}} if colours else {}),
+        **({"appearance": {"materials": _list_materials(city, colours)}} if colours else {}),
         "CityObjects": objects,
         "vertices": vertices.tolist(),
     }
@@ -125,26 +125,26 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     progress(STAGE, len(members), len(members), "buildings")
 
 
-def wear_materials(city, own, colours):
+def _wear_materials(city, own, colours):
     """Materials of some polygons, as a member of a geometry: dict, empty where none has one."""
     names = [city.material[k] if city.material else "" for k in own]
     values = [colours.index(name) if name in colours else None for name in names]
     return {"material": {"file": {"values": values}}} if any(value is not None for value in values) else {}
 
 
-def list_materials(city, colours):
+def _list_materials(city, colours):
     """Materials of the files, with their diffuse colours where they are known."""
     known = ((name, city.colours[name]) for name in colours)
     return [{"name": name, **({"diffuseColor": list(one)} if one is not None else {})} for name, one in known]
 
 
-def choose_decimals(span, more):
+def _choose_decimals(span, more):
     """Decimals of coordinates that reach so far: as many as integers of 32 bits hold, between two bounds."""
     most = np.floor(np.log10(LARGEST / max(span, 10.0**-more)))
     return int(np.clip(most, COARSEST + more, FINEST + more))
 
 
-def in_degrees(crs):
+def _in_degrees(crs):
     """Whether the coordinates of a system are in degrees."""
     return crs is not None and plane_of(crs)[0].is_geographic
 
@@ -165,7 +165,7 @@ def name_system(crs):
     return None if number is None else f"{url}/EPSG/0/{number}"
 
 
-def list_boundaries(city, index):
+def _list_boundaries(city, index):
     """Rings of each polygon, of the vertices that `index` names for its corners: list of list of list of int."""
     rings = []
     for first, last in pairwise(city.ring_start):
@@ -176,7 +176,7 @@ def list_boundaries(city, index):
     return [rings[first:last] for first, last in pairwise(city.polygon_start)]
 
 
-def describe_surfaces(city, transfer, energy):
+def _describe_surfaces(city, transfer, energy):
     """Semantic surface of each polygon: list of dict."""
     floors = find_footprints(transfer.surfaces, city, city.points)
     types = [
@@ -197,7 +197,7 @@ def describe_surfaces(city, transfer, energy):
     return found
 
 
-def describe_building(sums):
+def _describe_building(sums):
     """Attributes of a building from its row of buildings.csv."""
     names = ("full_load_hours", "full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year")
     names = ("eligible_area", *names) if sums["kwp"] > 0 else ("eligible_area",)

@@ -67,7 +67,7 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
     surfaces = pd.DataFrame({column.name: column_values(column, transfer, energy) for column in columns})
     layers = {  # name -> columns, their SQL types, geometries
         "surfaces": (surfaces, {column.name: TYPES[column.kind] for column in columns}, shapes),
-        "buildings": (rows, types, draw_footprints(city, shapes, rows["building_id"])),
+        "buildings": (rows, types, _draw_footprints(city, shapes, rows["building_id"])),
     }
     with closing(sqlite3.connect(path)) as file, file:
         file.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -76,11 +76,11 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
         number = write_system(file, city.crs)
         for done, (name, layer) in enumerate(layers.items()):
             progress(STAGE, done, len(layers), "layers")
-            write_layer(file, (name, number, f"weather: {weather.label}"), *layer)
+            _write_layer(file, (name, number, f"weather: {weather.label}"), *layer)
         progress(STAGE, len(layers), len(layers), "layers")
 
 
-def draw_footprints(city, shapes, names):
+def _draw_footprints(city, shapes, names):
     """Footprints of buildings: (b,) array of shapely geometries.
 
     Parameters
@@ -118,7 +118,7 @@ def write_system(file, crs):
     return number
 
 
-def write_layer(file, layer, table, types, shapes):
+def _write_layer(file, layer, table, types, shapes):
     """Write a layer and its entries in the tables of contents.
 
     Parameters

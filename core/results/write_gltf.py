@@ -34,7 +34,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     """
     progress(STAGE, 0, 2, "steps")
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
-    names, node = group_triangles(scene)
+    names, node = _group_triangles(scene)
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3) [m]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -74,7 +74,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     progress(STAGE, 2, 2, "steps")
 
 
-def group_triangles(scene):
+def _group_triangles(scene):
     """Names of the nodes, and the node of each triangle (t,)."""
     surface = surface_of_triangles(scene)
     names, building = np.unique(np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True)

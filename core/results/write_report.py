@@ -106,7 +106,7 @@ def fill_page(title, body, data=""):
     """A page that may load nothing, and run nothing but the 3D view, where there is `data` of `pack_city`: str."""
     codes = [read_web("three.js"), read_web("viewer.js") + read_web("report.js")] if data else []
     scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
-    allowed = f"script-src {' '.join(map(hash_source, codes)) or NONE}; img-src data:"
+    allowed = f"script-src {' '.join(map(_hash_source, codes)) or NONE}; img-src data:"
     return fill_template(title, body, [*scripts, *(f"<script>{code}</script>" for code in codes)], allowed)
 
 
@@ -114,7 +114,7 @@ def fill_template(title, body, scripts, allowed):
     """A page with scripts as HTML, of which its Content-Security-Policy says what is `allowed`: str."""
     style = read_web("page.css") + read_web("viewer.css")
     return Template(read_web("page.html")).substitute(
-        policy=f"default-src {NONE}; {allowed}; style-src {hash_source(style)}; base-uri {NONE}; form-action {NONE}",
+        policy=f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; form-action {NONE}",
         title=escape(title),
         style=style,
         body=body,
@@ -127,7 +127,7 @@ def read_web(name):
     return (WEB / name).read_text(encoding="utf-8")
 
 
-def hash_source(text):
+def _hash_source(text):
     """Source of a Content-Security-Policy that allows one inline script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
@@ -139,20 +139,20 @@ def compose_body(results, city):
     if importlib.util.find_spec("matplotlib") is not None:
         from .draw_results import draw_report
 
-        pictures = "\n".join(compose_pictures(results, draw_report(results)))
+        pictures = "\n".join(_compose_pictures(results, draw_report(results)))
     return "\n".join(
         [
             *(paragraph(text, "warning") for text in list_warnings(summary)),
             city,
-            compose_totals(summary),
-            compose_groups(results),
+            _compose_totals(summary),
+            _compose_groups(results),
             pictures,
             compose_errors(summary),
             section("What was read", table((), describe_input(summary))),
             section(
                 "What was assumed",
                 table((), describe_assumptions(summary)),
-                fold("Every setting of the run", table(("Setting", "Option", "Value"), list_settings(summary))),
+                _fold("Every setting of the run", table(("Setting", "Option", "Value"), list_settings(summary))),
             ),
             paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
         ]
@@ -169,7 +169,7 @@ def compose_errors(summary):
     )
 
 
-def compose_pictures(results, drawn):
+def _compose_pictures(results, drawn):
     """Sections with the pictures that there are, with captions: yields str.
 
     Parameters
@@ -201,7 +201,7 @@ def list_warnings(summary):
     return warnings
 
 
-def compose_totals(summary):
+def _compose_totals(summary):
     """What all suitable surfaces together would give, what windows take, and what carries no modules."""
     totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
     names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
@@ -228,7 +228,7 @@ def compose_totals(summary):
     )
 
 
-def compose_groups(results):
+def _compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
     groups = results.groups[results.groups["period"] == "annual"]
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
@@ -241,12 +241,12 @@ def compose_groups(results):
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
         paragraph(f"± is the {SPREAD}. {ELSEWHERE}", "small"),
-        fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
-        fold_periods(results.groups, "year", "Full load hours of each year [h]", str),
+        _fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
+        _fold_periods(results.groups, "year", "Full load hours of each year [h]", str),
     )
 
 
-def fold_periods(groups, period, title, name):
+def _fold_periods(groups, period, title, name):
     """Table of the hours by month or year, folded; "" where there are none."""
     parts = []
     for kind, hours in tabulate_periods(groups, period).items():
@@ -256,7 +256,7 @@ def fold_periods(groups, period, title, name):
             for index, row in zip(hours.index, hours.to_numpy(), strict=True)
         ]
         parts.append(table(head, rows, numbers=range(1, len(head))))
-    return fold(title, "\n".join(parts)) if parts else ""
+    return _fold(title, "\n".join(parts)) if parts else ""
 
 
 def table(head, rows, *, numbers=()):
@@ -305,6 +305,6 @@ def section(title, *parts):
     return "\n".join([f"<section><h2>{escape(title)}</h2>", *filter(None, parts), "</section>"])
 
 
-def fold(title, content):
+def _fold(title, content):
     """Something that a reader unfolds; printed folded or not, as it stands."""
     return f"<details><summary>{escape(title)}</summary>\n{content}\n</details>"

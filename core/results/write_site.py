@@ -69,14 +69,14 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
             raise InputError(folder / "summary.json", "there is no such file", CURE)
     if overwrite and Path(out).is_dir() and any(Path(out).iterdir()) and not Path(out, "page", "map.json").is_file():
         raise InputError(out, "holds something else than a map", "choose another --out")
-    summary = join_summaries(folders)
+    summary = _join_summaries(folders)
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
     with whole_folder(out, overwrite, SITE_NAMES) as work, ExitStack() as stack:
         scratch = stack.enter_context(tempfile.TemporaryDirectory(dir=work))
         store = Store(Path(scratch) / "city.sqlite")
         stack.callback(store.base.close)
-        count, view = sort_surfaces(store, folders, frame, summary)
+        count, view = _sort_surfaces(store, folders, frame, summary)
         look = {
             "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
             "enums": {
@@ -86,11 +86,11 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
             },
             "copyright": attribution,
         }
-        frame, box = write_tiles(work, store, frame, summary, look=look, private=private)
+        frame, box = _write_tiles(work, store, frame, summary, look=look, private=private)
         total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
-        write_index(work, store, header | view, private)
-        write_page(work, summary, attribution)
+        _write_index(work, store, header | view, private)
+        _write_page(work, summary, attribution)
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
         (work / SITE_FILES).write_text("\n".join([*listed, SITE_FILES]), "utf-8", newline="\n")
@@ -103,7 +103,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     }
 
 
-def join_summaries(folders):
+def _join_summaries(folders):
     """The first summary, with sums, the largest errors and the latest date of all; refuse what does not agree: dict."""
     first = None
     for folder in folders:
@@ -121,20 +121,20 @@ def join_summaries(folders):
         for name in ("eligible_area", "kwp", "mwh_per_year"):
             first["totals"][name] += summary["totals"][name]
         first["totals"]["kinds"] = {}  # not summed up
-        first["error_budget"] = worse(first["error_budget"], summary["error_budget"])
+        first["error_budget"] = _worse(first["error_budget"], summary["error_budget"])
     return first
 
 
-def worse(one, other):
+def _worse(one, other):
     """The larger of each of two errors, None where one is not known."""
     if isinstance(one, dict) and isinstance(other, dict):
-        return {name: worse(one[name], other.get(name)) for name in one}
+        return {name: _worse(one[name], other.get(name)) for name in one}
     if not isinstance(one, (int, float)) or not isinstance(other, (int, float)):
         return None
     return max(one, other, key=abs)
 
 
-def sort_surfaces(store, folders, frame, summary):
+def _sort_surfaces(store, folders, frame, summary):
     """Keep all surfaces by their squares: their number, and what the page must know to show them."""
     step = 1 + summary["input"]["surfaces"] // MOST_SAMPLED
     sampled, kinds, sides, count = [], set(), set(), 0
@@ -152,7 +152,7 @@ def sort_surfaces(store, folders, frame, summary):
     return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
 
 
-def write_tiles(work, store, frame, summary, *, look, private):
+def _write_tiles(work, store, frame, summary, *, look, private):
     """Write all tiles and their tree, from the squares of one tile to the next, so that few tiles are held at a time.
 
     Returns
@@ -179,8 +179,8 @@ def write_tiles(work, store, frame, summary, *, look, private):
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         piece.shapes.corners -= origin
         boxes.append(bound(piece.shapes.corners))
-        columns = tabulate_columns(piece, summary, look["enums"])
-        store.describe_buildings(list_buildings(piece, columns, private))
+        columns = _tabulate_columns(piece, summary, look["enums"])
+        store.describe_buildings(_list_buildings(piece, columns, private))
         if not private:
             columns |= {name: piece.faces[name].to_numpy(object) for name in ("surface_id", "building_id")}
         return write_square(tiles, (x, y), piece, columns, look)
@@ -190,7 +190,7 @@ def write_tiles(work, store, frame, summary, *, look, private):
     return frame, bound(np.reshape(boxes, (-1, 3)))
 
 
-def tabulate_columns(piece, summary, enums):
+def _tabulate_columns(piece, summary, enums):
     """Columns of the surfaces' tile: dict of arrays."""
     values = measure_faces(piece.faces, piece.months, summary)[1]
     places = {
@@ -203,7 +203,7 @@ def tabulate_columns(piece, summary, enums):
     return columns | {name: numbers.astype(np.float32) for name, numbers in values.items()}
 
 
-def list_buildings(piece, columns, private):
+def _list_buildings(piece, columns, private):
     """What the index says of the buildings of a square: yields (id or None, number, box, parts, part of flat roofs).
 
     A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
@@ -228,7 +228,7 @@ def list_buildings(piece, columns, private):
         yield [name, int(building), bound(corners).round(1).tolist(), parts, flat]
 
 
-def write_index(work, store, header, private):
+def _write_index(work, store, header, private):
     """Write the index of buildings: the largest, all by id, and what the page must know of both.
 
     `shards` of the header are what the files of buildings by id begin with, in small letters.
@@ -245,7 +245,7 @@ def write_index(work, store, header, private):
     (work / "page" / "map.json").write_text(json.dumps(header, separators=(",", ":")), "ascii", newline="\n")
 
 
-def write_page(work, summary, attribution):
+def _write_page(work, summary, attribution):
     """Write index.html and what it needs: its own scripts are all that it runs, and its own files all that it reads.
 
     Below the map stand what the numbers rest on, and how far they hold.

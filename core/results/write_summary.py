@@ -52,7 +52,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     """
     kilo_hours = weather.interval.total_seconds() / 3600 / 1000 / energy.years
     summary = {
-        "input": describe_input(transfer, energy, scene),
+        "input": _describe_input(transfer, energy, scene),
         "weather": {
             "label": weather.label,
             "latitude": weather.latitude,
@@ -108,7 +108,7 @@ def measure_edge(transfer, energy):
     return found
 
 
-def describe_input(transfer, energy, scene):
+def _describe_input(transfer, energy, scene):
     """Files, place and counts."""
     kinds = (
         pd.Series(transfer.surfaces.area, dtype=float).groupby(transfer.surfaces.kind).agg(count="count", area="sum")

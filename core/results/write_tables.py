@@ -115,7 +115,7 @@ def share_periods(times, interval, longitude):
     return share
 
 
-def write_series(path, transfer, energy):
+def _write_series(path, transfer, energy):
     """Write the time series of the requested surfaces, surface by surface.
 
     Parameters
@@ -210,7 +210,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
     }
     if energy.series is not None:
-        tables["series.csv"] = lambda path: write_series(path, transfer, energy)
+        tables["series.csv"] = lambda path: _write_series(path, transfer, energy)
     for number, (name, write) in enumerate(tables.items()):
         progress("writing tables", number, len(tables), "files")
         write(folder / name)

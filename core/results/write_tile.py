@@ -45,7 +45,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     copyright : str
     """
     buffer, ids = Buffer(), shapes.feature.astype("<f4")
-    colours = colour_features(columns, level)[shapes.feature]
+    colours = _colour_features(columns, level)[shapes.feature]
     attributes = {
         "POSITION": buffer.place(shapes.corners - middle),
         "COLOR_0": buffer.access(colours, UINT8, "VEC4", ARRAY, normalized=True),
@@ -58,7 +58,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     if ground is not None:
         attributes = {"POSITION": buffer.place(ground.corners - middle)}
         primitives.append({"attributes": attributes, "indices": index(buffer, ground), "material": 1})
-    schema, properties = tabulate(buffer, columns, {name: names for name, names in enums.items() if name in columns})
+    schema, properties = _tabulate(buffer, columns, {name: names for name, names in enums.items() if name in columns})
     metadata = {
         "schema": schema,
         "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
@@ -81,7 +81,7 @@ def index(buffer, shapes):
     return buffer.access(shapes.triangles.ravel().astype(numbers), kind, "SCALAR", ELEMENTS)
 
 
-def colour_features(columns, level):
+def _colour_features(columns, level):
     """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or do not count."""
     hours = np.asarray(columns["hours"], float)
     known = np.isfinite(hours) & (np.asarray(columns["reason"]) <= 1)
@@ -94,7 +94,7 @@ def colour_features(columns, level):
     return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
 
 
-def tabulate(buffer, columns, enums):
+def _tabulate(buffer, columns, enums):
     """Schema of the property table, and its properties: the views of each column."""
     classes, properties = {}, {}
     for name, values in columns.items():

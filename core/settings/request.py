@@ -232,15 +232,15 @@ def write_options(values):
             continue
         words.append(option_of(name))
         if isinstance(value, dict):
-            words += [f"{key}={show_switch(one)}" for key, one in value.items()]
+            words += [f"{key}={_show_switch(one)}" for key, one in value.items()]
         elif isinstance(value, list | tuple):
             words += [str(one) for one in value]
         elif details.kind != "flag":
-            words.append(show_switch(details.none if value is None else value))
+            words.append(_show_switch(details.none if value is None else value))
     return " ".join(map(shlex.quote, words))
 
 
-def show_switch(value):
+def _show_switch(value):
     """A value in the words of the command line: on and off of a switch."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 

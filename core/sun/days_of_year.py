@@ -91,7 +91,7 @@ def match_days_of_year(suns, direction, day):
     table = np.full((len(dates), suns.step.max() + 1), -1)
     table[np.argsort(dates)[np.searchsorted(np.sort(dates), suns.day)], suns.step] = np.arange(len(suns))
     days, which = np.unique(day, return_inverse=True)
-    seasons, season_weight = join_days(table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR)
+    seasons, season_weight = _join_days(table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR)
     path = np.einsum("dak,dakx->dkx", season_weight, suns.direction[seasons])
     known = season_weight.any(axis=1)
     path[known] /= np.linalg.norm(path[known], axis=1, keepdims=True)
@@ -99,7 +99,7 @@ def match_days_of_year(suns, direction, day):
     for first in range(0, len(day), CHUNK):
         part = slice(first, first + CHUNK)
         own = which[part]
-        steps, step_weight = join_steps(path[own], known[own], direction[part])
+        steps, step_weight = _join_steps(path[own], known[own], direction[part])
         at = own[:, None, None], np.arange(4)[None, :, None], steps[:, None, :]
         index[part] = seasons[at].reshape(-1, 16)
         weight[part] = (season_weight[at] * step_weight[:, None, :]).reshape(-1, 16)
@@ -118,7 +118,7 @@ def match_days_of_year(suns, direction, day):
     return np.where(weight != 0, index, 0)[:, :columns], weight[:, :columns]
 
 
-def join_days(table, phase, place):
+def _join_days(table, phase, place):
     """Traced suns and weights of every step of some days.
 
     Parameters
@@ -149,7 +149,7 @@ def join_days(table, phase, place):
     return np.where(weight != 0, index, 0), weight
 
 
-def join_steps(path, known, direction):
+def _join_steps(path, known, direction):
     """Steps of a day's path and their weights, for one interval of each day.
 
     Parameters

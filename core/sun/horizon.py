@@ -179,7 +179,7 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     radius = EARTH_RADIUS / (1 - refraction)
     for grid in grids:
         lines = tuple(part.reshape(STEPS, -1) for part in grid.places_of(latitudes, longitudes))
-        march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known)
+        _march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known)
     return TerrainHorizon(np.degrees(np.arctan(steepest)), str(grids[0].path), float(eye), known)
 
 
@@ -207,7 +207,7 @@ def bilinear(heights, column, row):
 
 
 @njit(nogil=True, cache=True)
-def march(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
+def _march(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
     """Raise the greatest tangent of elevation along each line of sight, in place.
 
     Parameters
@@ -282,7 +282,7 @@ def lost_sky(normal, horizon):
 
 
 @dataclass
-class SunlitYear:
+class _SunlitYear:
     """Sums over a year: what light there is, and from where."""
 
     towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
@@ -298,7 +298,7 @@ def sunlit_year(weather, parts):
     lit = direct > 0
     towards = sun_direction(data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit])
     sources = {name: float(light.sum()) for name, light in parts.sources.items()}
-    return SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
+    return _SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
 
 
 def first_light(year, normal):

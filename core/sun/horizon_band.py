@@ -70,7 +70,7 @@ class HorizonBand:
         level = normal[:, :2] / horizontal
         sine = 2 * along - 1  # of the azimuth from the normal, whose cosine is the density
         cosine = np.sqrt(np.maximum(1 - sine**2, 0))
-        elevation = up * visible_height(-normal[:, 2:] / horizontal, cosine)
+        elevation = up * _visible_height(-normal[:, 2:] / horizontal, cosine)
         directions = np.empty((*along.shape, 3), np.float32)
         directions[..., 0] = np.cos(elevation) * (cosine * level[:, :1] - sine * level[:, 1:])
         directions[..., 1] = np.cos(elevation) * (cosine * level[:, 1:] + sine * level[:, :1])
@@ -98,7 +98,7 @@ class HorizonBand:
         met = np.maximum(np.einsum("ij,ij->i", normal, towards), 1e-9)
         slope = np.divide(-normal[:, 2], level, out=np.zeros(len(level)), where=level > 0)
         cosine = np.divide(faced, level * cos_elevation, out=np.zeros(len(level)), where=level > 0)
-        share = visible_height(slope, cosine) / HEIGHT
+        share = _visible_height(slope, cosine) / HEIGHT
         return np.divide(faced, met * share, out=np.zeros(len(level)), where=share > 0)
 
     def enter(self, axis, sign, numbers):
@@ -140,14 +140,14 @@ class HorizonBand:
         normal = np.asarray(normal, float)
         if terrain is None or not len(normal):
             return np.ones(len(normal))
-        return by_normal(lambda some: share_above(some, terrain), normal, 6)
+        return by_normal(lambda some: _share_above(some, terrain), normal, 6)
 
 
 HORIZON = HorizonBand()
 SOURCES = {HORIZON.name: HORIZON}  # traced parts of the sky by their names in files
 
 
-def visible_height(slope, cosine):
+def _visible_height(slope, cosine):
     """Height of the band in front of a surface's own plane: [rad], at most HEIGHT.
 
     Parameters
@@ -168,7 +168,7 @@ def by_normal(function, normal, decimals):
     return np.concatenate([*found, np.zeros(0)])[which.ravel()]
 
 
-def share_above(normal, terrain):
+def _share_above(normal, terrain):
     """`HorizonBand.seen` of some surfaces behind terrain."""
     turn, height = np.radians(terrain.azimuth), np.radians(terrain.elevation)
     level = np.hypot(normal[:, 0], normal[:, 1])[:, None]
@@ -176,7 +176,7 @@ def share_above(normal, terrain):
     inclined = level > 0
     cosine = np.divide(faced, level, out=np.zeros(faced.shape), where=inclined)
     slope = np.divide(-normal[:, 2:], level, out=np.zeros(level.shape), where=inclined)
-    band = np.maximum(visible_height(slope, cosine).astype(float), 1e-9)
+    band = np.maximum(_visible_height(slope, cosine).astype(float), 1e-9)
     whole = faced.sum(axis=1)
     seen = (faced * np.clip(1 - height / band, 0, 1)).sum(axis=1)
     return np.divide(seen, whole, out=np.ones(len(normal)), where=whole > 0)

@@ -41,14 +41,14 @@ def check_horizon(path):
     """
     if path == OF_PLACE:
         return
-    if not is_raster(path):
+    if not _is_raster(path):
         read_horizon_table(path)
         return
     with open_placed(path):
         pass
 
 
-def is_raster(path):
+def _is_raster(path):
     """Whether a file that can be opened is a raster of heights, by its suffix.
 
     Raises
@@ -85,7 +85,7 @@ def read_horizon(path, scene):
     """
     if path == OF_PLACE:
         return ask_horizon(scene.site.latitude, scene.site.longitude), []
-    if not is_raster(path):
+    if not _is_raster(path):
         return read_horizon_table(path), []
     own = scene.triangle_surface >= 0
     points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
@@ -140,7 +140,7 @@ def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         problem = f"{url} sent no horizon ({type(error).__name__})"
         raise InputError("--horizon pvgis", problem, cure) from error
-    return horizon_of_angles(f"PVGIS {place[0]:g}°, {place[1]:g}°", azimuth, elevation)
+    return _horizon_of_angles(f"PVGIS {place[0]:g}°, {place[1]:g}°", azimuth, elevation)
 
 
 def distance_to_end(point, triangles):
@@ -206,11 +206,11 @@ def read_horizon_table(path):
         except (ValueError, KeyError, TypeError) as error:
             raise InputError(path, "is not a horizon of PVGIS", CURE) from error
     else:
-        azimuth, elevation = angles_of_text(path, text)
-    return horizon_of_angles(path, azimuth, elevation)
+        azimuth, elevation = _angles_of_text(path, text)
+    return _horizon_of_angles(path, azimuth, elevation)
 
 
-def horizon_of_angles(path, azimuth, elevation):
+def _horizon_of_angles(path, azimuth, elevation):
     """TerrainHorizon of azimuths from north and elevations, (n,) [°], of a file or a place for messages."""
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
@@ -224,7 +224,7 @@ def horizon_of_angles(path, azimuth, elevation):
     return TerrainHorizon(np.maximum(heights, 0), str(path))
 
 
-def angles_of_text(path, text):
+def _angles_of_text(path, text):
     """Azimuths from north and elevations of a text."""
     rows, header = [], ""
     for number, line in enumerate(text.splitlines(), start=1):

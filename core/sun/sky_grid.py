@@ -108,13 +108,13 @@ def match_triangles(triangles, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
-    found = find_triangles(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
+    found = _find_triangles(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
     weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[found], direction), 0.0)
     return triangles.corners[found] % triangles.count, weight / weight.sum(axis=1, keepdims=True)
 
 
 @njit(nogil=True, cache=True)
-def find_triangles(neighbours, inverse, direction):
+def _find_triangles(neighbours, inverse, direction):
     """Triangle of each direction, by a visibility walk through the triangulation: (t,) int64.
 
     From a triangle the walk crosses the edge behind which the direction lies furthest. In a Delaunay triangulation it

@@ -74,7 +74,7 @@ def check_place(latitude, longitude):
 
 
 @dataclass
-class GeocentricSun:
+class _GeocentricSun:
     """The sun seen from the centre of the Earth."""
 
     times: pd.DatetimeIndex  # (t,) start of each interval
@@ -103,7 +103,7 @@ def geocentric_sun(times, interval):
     sidereal, ascension, declination = pvlib.spa.solar_position_numpy(*common, sst=True)
     (radius,) = pvlib.spa.solar_position_numpy(*common, esd=True)
     parallax = pvlib.spa.equatorial_horizontal_parallax(radius)
-    return GeocentricSun(times, sidereal, ascension, declination, parallax)
+    return _GeocentricSun(times, sidereal, ascension, declination, parallax)
 
 
 def sun_of_place(sun, latitude, longitude):

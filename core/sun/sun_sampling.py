@@ -117,7 +117,7 @@ def hourly_suns(times, interval, latitude, longitude, position=None):
 
 
 @dataclass
-class SunMatch:
+class _SunMatch:
     """Which traced suns represent each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
@@ -157,7 +157,7 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
     if not sunny.any():
-        return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
+        return _SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):
         problem = "none was traced, but the sun is above 2° on this time axis"
         raise InputError("suns", problem, "trace again for this year and place")
@@ -172,7 +172,7 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[up], weight[up] = found, share
-    return SunMatch(index, weight)
+    return _SunMatch(index, weight)
 
 
 def values_at(values, index, weight):

@@ -42,7 +42,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count):
     steps = DAY // interval
     sun = solar_position(axis, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
-    member = np.repeat(cluster_days(sun, steps, count), steps)
+    member = np.repeat(_cluster_days(sun, steps, count), steps)
     step = np.tile(np.arange(steps), len(axis) // steps)
     direction = sun_direction(sun["apparent_zenith"], sun["solar_azimuth"])
     # Sum the members' directions at each step of each typical day that has any sun.
@@ -52,7 +52,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count):
     return Suns(f"typical-days:{count}", mean, np.full(len(mean), 1.0 / max(len(mean), 1)), day, step)
 
 
-def cluster_days(sun, steps, count):
+def _cluster_days(sun, steps, count):
     """Typical day of each day, by tsam's k-means.
 
     Parameters

@@ -46,7 +46,7 @@ POWER_NAMES = ("ALLSKY_SFC_SW_DWN", "ALLSKY_SFC_SW_DIFF", "ALLSKY_SFC_SW_DNI", "
 
 
 @dataclass(frozen=True)
-class Question:
+class _Question:
     """What is asked, and of whom."""
 
     asked: Asked
@@ -62,7 +62,7 @@ class Question:
 
 def build_question(asked, latitude, longitude):
     """Question for a place [°] in any writing of its longitude."""
-    return Question(asked, round(latitude, 4), round((longitude + 180.0) % 360.0 - 180.0, 4))
+    return _Question(asked, round(latitude, 4), round((longitude + 180.0) % 360.0 - 180.0, 4))
 
 
 def address_of(question):

@@ -74,8 +74,8 @@ def check_faults(year, days, source):
         notes.append(f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled with zeros")
     if len(dark) > MOST_DARK_DAYS:
         raise InputError(source, notes[0], "fill the gap with measured values, or give another year")
-    check_nights(year, source)
-    check_flat(year, source)
+    _check_nights(year, source)
+    _check_flat(year, source)
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
     found = float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST)) if bright.sum() >= FEWEST else 0.0
@@ -125,7 +125,7 @@ def clear_sky_of(year, turbidity):
     return clear_irradiance(data["apparent_zenith"], middle, turbidity, year.altitude, data["pressure"].to_numpy())
 
 
-def check_nights(year, source):
+def _check_nights(year, source):
     """Refuse light at night."""
     night = np.cos(np.radians(year.data["solar_zenith"].to_numpy())) < TWILIGHT
     night &= np.roll(night, 1) & np.roll(night, -1)  # all of the interval
@@ -136,7 +136,7 @@ def check_nights(year, source):
         raise InputError(source, problem, "fill gaps with values of the same hour, not with a mean")
 
 
-def check_flat(year, source):
+def _check_flat(year, source):
     """Refuse the same light for hours on end, as of gaps filled with a mean under a sun that does not set."""
     ghi = year.data["ghi"].to_numpy()
     width = int(FLAT / year.interval)
@@ -258,12 +258,12 @@ def check_irradiance(year, source):
             limit = f"{factor:g} S cos(z)^{exponent:g} + {offset:g} Wm⁻²"
             share = 100 * above.sum() / day.sum()
             problem = f"{share:.0f} % of daytime {year.columns[name]} exceeds what is physically possible ({limit})"
-            raise InputError(source, problem, cure_of_factor(ghi, highest, interval))
+            raise InputError(source, problem, _cure_of_factor(ghi, highest, interval))
     found, most = (values.sum() * (interval / HOUR) / 1000.0 for values in (ghi, outside))
     if most and not DARKEST_YEAR <= found / most <= BRIGHTEST_YEAR:
         plausible = f"{DARKEST_YEAR * most:.0f} to {BRIGHTEST_YEAR * most:.0f}"
         problem = f"{found:.3g} kWh/m² of {year.columns['ghi']} per year; at this latitude {plausible} are plausible"
-        raise InputError(source, problem, cure_of_factor(ghi, cos_zenith, interval))
+        raise InputError(source, problem, _cure_of_factor(ghi, cos_zenith, interval))
     # A direct column that contains GHI gives one half under skies whose diffuse fraction is at least 0.98.
     dull = (cos_zenith > HIGH) & (ghi < OVERCAST * outside) & (ghi > 0)
     if dull.sum() * (interval / HOUR) >= FEWEST_DULL:
@@ -300,7 +300,7 @@ def check_given(given, year, source):
         raise InputError(source, problem, "check these columns")
 
 
-def cure_of_factor(ghi, cos_zenith, interval):
+def _cure_of_factor(ghi, cos_zenith, interval):
     """Cure that names the factor with which GHI would be plausible, and the wrong unit that it results from."""
     day = cos_zenith > 0
     bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0

@@ -54,7 +54,7 @@ class TimesError(InputError):
 
 
 @dataclass
-class SunTimes:
+class _SunTimes:
     """How well the irradiance of a record fits the sun at its time stamps; shifts are to be added to these [min]."""
 
     closure_residual: float | None  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
@@ -129,18 +129,18 @@ def measure_sun_times(data, interval, latitude, position):
     sun = sun_direction(position["solar_zenith"].to_numpy(), position["solar_azimuth"].to_numpy())
     given = {name: data[name].to_numpy(float) for name in ("ghi", "dhi", "dni") if name in data}
     if not any(values.any() for values in given.values()):
-        return SunTimes(*6 * [None])
+        return _SunTimes(*6 * [None])
 
     found = None, None, None
     if len(given) == 3 and given["ghi"].any():
         ghi, dhi, dni = given.values()
-        found = search_shift(
+        found = _search_shift(
             lambda shift: float(np.abs(ghi - dhi - dni * cos_zenith_after(sun, latitude, shift)).sum() / ghi.sum())
         )
-    return SunTimes(*found, *search_shift(compare_daylight(given, interval, sun, latitude)))
+    return _SunTimes(*found, *_search_shift(_compare_daylight(given, interval, sun, latitude)))
 
 
-def search_shift(residual):
+def _search_shift(residual):
     """Residual without a shift and with the best one, and that shift [min].
 
     Parameters
@@ -157,7 +157,7 @@ def search_shift(residual):
     return residual(0), residual(best), best
 
 
-def compare_daylight(given, interval, sun, latitude):
+def _compare_daylight(given, interval, sun, latitude):
     """Function for the residual between clear days and the clear-sky model as a function of a shift.
 
     Parameters
@@ -223,17 +223,17 @@ def check_shift(times, source):
     daylight = times.daylight_shift
     if daylight is None:
         return
-    own = describe_shift(daylight)
+    own = _describe_shift(daylight)
     if residual is not None and residual <= RESIDUAL:
         # Three columns close with the sun that one of them was computed with, which need not be that of the light.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
-            problem = f"GHI fits the sun {own}, DNI the sun {describe_shift(shift)}: DNI seems to be computed for the"
+            problem = f"GHI fits the sun {own}, DNI the sun {_describe_shift(shift)}: DNI seems to be computed for the"
             raise TimesError(source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 3), "dni")
         return
     closes = residual is not None and abs(shift - daylight) < NIGHT_SHIFT
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
-        problem += f" with the sun {describe_shift(shift)}"
+        problem += f" with the sun {_describe_shift(shift)}"
         if abs(daylight - shift) < DAYLIGHT_SHIFT:
             raise TimesError(source, problem, CURE_OF_TIMES, _round_shift(shift, 2))
         problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
@@ -265,7 +265,7 @@ def check_closure(times, source):
         raise InputError(source, problem, cure)
 
 
-def describe_shift(shift):
+def _describe_shift(shift):
     """A shift in words."""
     return f"{abs(shift)} min {'later' if shift > 0 else 'earlier'}" if shift else "as it stands"
 

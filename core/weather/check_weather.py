@@ -70,7 +70,7 @@ def check_weather(record):
     if len(light) < 2 and light != ["ghi"]:
         problem = f"missing: ghi, or two of ghi, dhi, dni (there: {', '.join(light) or 'none'})"
         raise InputError(record.source, problem, "add these columns to the weather")
-    interval = check_time_axis(record.data.index, record.source)
+    interval = _check_time_axis(record.data.index, record.source)
     for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
         unknown = ~np.isfinite(record.data[name].to_numpy(dtype=float))
         if (first := first_true(unknown)) is not None:
@@ -83,7 +83,7 @@ def check_weather(record):
     return interval
 
 
-def check_time_axis(times, source):
+def _check_time_axis(times, source):
     """Refuse gaps, duplicates, intervals longer than one hour and anything but whole years.
 
     Whole calendar years may be left out between others.
@@ -109,7 +109,7 @@ def check_time_axis(times, source):
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
         raise InputError(source, f"the times are {interval} apart", "give weather of every hour (or a part of one)")
-    breaks = np.flatnonzero((step != interval) & ~skips_leap_day(times, interval)) + 1
+    breaks = np.flatnonzero((step != interval) & ~_skips_leap_day(times, interval)) + 1
     spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
     whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]
     if len(breaks) and not all(whole):
@@ -122,7 +122,7 @@ def check_time_axis(times, source):
     return interval
 
 
-def skips_leap_day(times, interval):
+def _skips_leap_day(times, interval):
     """Where a time axis leaves out 29 February, as calendars of 365 days do.
 
     Parameters
@@ -168,7 +168,7 @@ def check_values(data, columns, source, *, lowest_only=False, cure=None):
             raise InputError(source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}")
 
 
-def check_negative(given, year, source):
+def _check_negative(given, year, source):
     """Refuse light below zero by day, and note what is taken as 0 at night: list of str.
 
     Parameters
@@ -191,7 +191,7 @@ def check_negative(given, year, source):
     return notes
 
 
-def check_extraterrestrial(given, year, source):
+def _check_extraterrestrial(given, year, source):
     """Refuse DNI above that outside the atmosphere in more than 20 hours of a sun above 10°; a note on others: list.
 
     DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, of which a few hours a year are
@@ -232,7 +232,7 @@ def check_years(record, interval, position):
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
         complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
-        notes = check_negative(raw.iloc[rows], complete, source)
+        notes = _check_negative(raw.iloc[rows], complete, source)
         check_given(given.iloc[rows], complete, source)
         check_sums(complete, source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, position.iloc[rows])
@@ -253,7 +253,7 @@ def check_years(record, interval, position):
             check_direct(complete, source)
         check_closure(times, source)
         times.unlikely = notes + check_faults(complete, days, source)
-        times.unlikely += check_extraterrestrial(given, complete, source)
+        times.unlikely += _check_extraterrestrial(given, complete, source)
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
         check_values(derived, complete.columns, source, cure="check these columns at that time")
         found[year] = times
@@ -297,7 +297,7 @@ def describe_checks(record, interval, checks):
     list of str
     """
     notes = [f"{year}: {note}" for year, one in checks.items() for note in one.unlikely]
-    days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
+    days = record.data.index[:-1][_skips_leap_day(record.data.index, interval)]
     if len(days):
         notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")
     closures = [one for one in checks.values() if one.closure_residual is not None]

@@ -125,7 +125,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     sky = cleanest_sky(places, times, altitude, annual, zenith)
     monthly = monthly_sums(annual, normals, sky, times)
     drawn = draw_irradiance(places, times, sky, monthly, seed)
-    temp_air = air_temperature(places, times, normals, sky["outside"], drawn[0])
+    temp_air = _air_temperature(places, times, normals, sky["outside"], drawn[0])
     records = []
     for row, (place, found) in enumerate(zip(places, normals, strict=True)):
         data = pd.DataFrame({name: values[row] for name, values in zip(IRRADIANCES, drawn, strict=True)}, index=times)
@@ -180,7 +180,7 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     return sky | {"zenith": zenith, "sine": sine}
 
 
-def starts_of_months(times):
+def _starts_of_months(times):
     """Index of the first hour of each month: (12,)."""
     return np.searchsorted(times.month.to_numpy(), np.arange(1, 13))
 
@@ -191,7 +191,7 @@ def monthly_sums(annual, normals, sky, times):
     The annual sum is distributed by the clearness of the months; each is limited to 97 % of the cleanest sky, and the
     excess goes to the others.
     """
-    starts = starts_of_months(times)
+    starts = _starts_of_months(times)
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
     most = CLOSEST * np.add.reduceat(sky["ghi"], starts, axis=1)
     share = np.stack([found.clearness for found in normals]) * outside
@@ -211,7 +211,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
     Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`); the direct part is
     that of DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
     """
-    starts, outside = starts_of_months(times), sky["outside"]
+    starts, outside = _starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
     shift = np.array([[round(longitude / 15)] for _, longitude in places])
     local = (np.arange(len(times)) - shift) % len(times)  # (p, t) index in UTC of each local hour, cyclic over the year
@@ -239,7 +239,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
     return ghi, ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
 
 
-def air_temperature(places, times, normals, outside, ghi):
+def _air_temperature(places, times, normals, outside, ghi):
     """Air temperature [°C] of each hour, (p, t): annual mean plus annual and daily cycle.
 
     Parameters

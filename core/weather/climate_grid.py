@@ -28,7 +28,7 @@ BAND = 12  # cells
 
 
 @dataclass
-class Normals:
+class _Normals:
     """Long-term means of one place."""
 
     ghi: float  # [kWh/m² per day], mean of the year
@@ -65,49 +65,49 @@ def look_up_normals(latitude, longitude):
     if latitude < LEAST_LATITUDE:
         problem = f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S"
         raise InputError("--weather climate", problem, "give weather files, or clear-sky as an upper bound")
-    grid = read_grid()
-    cell = find_cell(grid["land"], latitude, longitude)
+    grid = _read_grid()
+    cell = _find_cell(grid["land"], latitude, longitude)
     if cell is None:
-        temp_air, wind_speed = interpolate_grid(grid["sea"], latitude, longitude)
+        temp_air, wind_speed = _interpolate_grid(grid["sea"], latitude, longitude)
         temp_air -= LAPSE * float(pvlib.location.lookup_altitude(latitude, longitude))
     else:
         temp_air, wind_speed = (grid[name][grid["number"][cell]] for name in STEPS)
-    return Normals(
-        ghi=float(interpolate_grid(grid["ghi"], latitude, longitude)),
+    return _Normals(
+        ghi=float(_interpolate_grid(grid["ghi"], latitude, longitude)),
         temp_air=float(temp_air),
         wind_speed=float(wind_speed),
-        clearness=interpolate_grid(grid["clearness"], latitude, longitude),
+        clearness=_interpolate_grid(grid["clearness"], latitude, longitude),
         land_influence=measure_land_influence(grid["land"], latitude, longitude),
     )
 
 
 @cache
-def read_grid():
+def _read_grid():
     """Unpack the file: land mask (rows, columns), number of each land cell, values of the land cells, global grids."""
     with np.load(FILE) as file:
         packed = {name: file[name] for name in file.files}
     land = np.unpackbits(packed["land"], count=SHAPE[0] * SHAPE[1]).reshape(SHAPE).astype(bool)
     grid = {"land": land, "number": (np.cumsum(land) - 1).reshape(SHAPE)}
     for name, step in STEPS.items():
-        grid[name] = np.cumsum(join_bytes(packed[name]), dtype=np.int32) * step
-    ghi = join_bytes(packed["ghi"]).reshape(360, 720)
+        grid[name] = np.cumsum(_join_bytes(packed[name]), dtype=np.int32) * step
+    ghi = _join_bytes(packed["ghi"]).reshape(360, 720)
     grid["ghi"] = np.cumsum(ghi, axis=1, dtype=np.int32) * GHI_STEP
-    grid["clearness"] = join_bytes(packed["clearness"]).reshape(60, 120, 12) * SHARE_STEP
-    grid["sea"] = join_bytes(packed["sea"]).reshape(60, 120, 2) * SEA_STEP
+    grid["clearness"] = _join_bytes(packed["clearness"]).reshape(60, 120, 12) * SHARE_STEP
+    grid["sea"] = _join_bytes(packed["sea"]).reshape(60, 120, 2) * SEA_STEP
     return grid
 
 
-def join_bytes(planes):
+def _join_bytes(planes):
     """Numbers from their low and high bytes: (2, n) uint8 to (n,) int16."""
     return np.ascontiguousarray(planes.T).view("<i2").ravel()
 
 
 def is_land(latitude, longitude):
     """Whether a place lies on land or within 100 km of it."""
-    return find_cell(read_grid()["land"], latitude, longitude) is not None
+    return _find_cell(_read_grid()["land"], latitude, longitude) is not None
 
 
-def find_cell(land, latitude, longitude):
+def _find_cell(land, latitude, longitude):
     """Row and column of the nearest land cell, None if there is none within reach."""
     nearest_row = round((latitude - SOUTH) / CELL)
     rows = np.arange(max(nearest_row - WINDOW, 0), min(nearest_row + WINDOW + 1, SHAPE[0]))
@@ -126,7 +126,7 @@ def find_cell(land, latitude, longitude):
     return (int(rows[row]), int(columns[column])) if distance[row, column] <= REACH else None
 
 
-def interpolate_grid(values, latitude, longitude):
+def _interpolate_grid(values, latitude, longitude):
     """Bilinear interpolation between the four cells around a place, of a grid of the whole globe.
 
     Parameters
@@ -143,7 +143,7 @@ def interpolate_grid(values, latitude, longitude):
 
 def spread_of_ghi(latitude, longitude):
     """Annual GHI of the four cells around a place: the largest less the smallest, as a share of their mean."""
-    cells = np.array(_cells_around(read_grid()["ghi"], latitude, longitude)[0], float)
+    cells = np.array(_cells_around(_read_grid()["ghi"], latitude, longitude)[0], float)
     return float(np.ptp(cells) / cells.mean())
 
 

@@ -25,7 +25,7 @@ DULL = 0.5  # of a clean sky
 
 
 @dataclass
-class ClimateShare:
+class _ClimateShare:
     """A year beside the climate of the same months."""
 
     ghi: float  # share of the climate's sum
@@ -68,7 +68,7 @@ def compare_with_climate(year, days, usual):
     months = set(days.index.month)
     usual_days = cut_days(usual)
     usual_days = usual_days[usual_days.index.month.isin(months) & (usual_days["clean"] > LIT_DAY)]
-    return ClimateShare(
+    return _ClimateShare(
         ghi=float(year.data["ghi"].sum() / expected["ghi"].sum()),
         temp_air=float(year.data["temp_air"].mean() - expected["temp_air"].mean() - lapse),
         wind_speed=float(year.data["wind_speed"].mean() / expected["wind_speed"].mean()),
@@ -115,14 +115,14 @@ def _check_clear_sky(year, share, source):
     """Refuse columns of a clear sky in place of the sky as it was."""
     if share.dull_days or share.dull_days_of_climate <= 20:
         return
-    found = share_of_clear_shape(year)
+    found = _share_of_clear_shape(year)
     if found >= 0.95:
         problem = f"{_percent(found)} of its sunny hours have the shape of a clear sky's, and no day is dull where the"
         problem += f" climate has {share.dull_days_of_climate}: these are columns of a clear sky"
         raise InputError(source, problem, "give those of the sky with its clouds (GHI, DHI, DNI without 'clear sky')")
 
 
-def share_of_clear_shape(year):
+def _share_of_clear_shape(year):
     """Share of sunny hours whose GHI lies within 3 % of a clear sky's, scaled to the day.
 
     Any of five will do, as services use other models: that of Ineichen and Perez with pvlib's monthly turbidity, with 2

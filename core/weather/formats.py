@@ -161,7 +161,7 @@ def _is_binary(head):
     return "\x00" in head.text or head.text.lstrip().startswith(("<", "{", "["))
 
 
-def cure_of_formats():
+def _cure_of_formats():
     """What weather may be given, for errors."""
     titles = ", ".join(form.title.split(" (")[0] for form in FORMATS if form.reader or form.key == "era5")
     return f"give {titles} with tz-aware times; or climate, clear-sky, pvgis"
@@ -190,13 +190,13 @@ def recognise_weather(path):
     head = _read_head(path)
     if city := _name_city(path, head.text):
         raise InputError(
-            path, f"is a city ({city}), not weather", f"give it before the options, as CITY; {cure_of_formats()}"
+            path, f"is a city ({city}), not weather", f"give it before the options, as CITY; {_cure_of_formats()}"
         )
     found = next((form for form in FORMATS if form.mark(head)), None)
     if found is None:
         is_json = head.text.lstrip().startswith("{")
         kind = "JSON of a known kind of weather, or is cut" if is_json else "in a known weather format"
-        raise InputError(path, f"is not {kind}", cure_of_formats())
+        raise InputError(path, f"is not {kind}", _cure_of_formats())
     if found.instead:
         raise InputError(path, f"is {found.title}, which is not read", found.instead)
     return found
@@ -247,7 +247,7 @@ def _read_head(path):
     with open_input(path) as stream:
         start = stream.read(8192)
     if not start.strip():
-        raise InputError(path, "the file is empty", cure_of_formats())
+        raise InputError(path, "the file is empty", _cure_of_formats())
     text = start.decode("utf-8-sig", errors="replace")
     return _Head(start, text, text.splitlines() or [""])
 

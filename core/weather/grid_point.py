@@ -48,7 +48,7 @@ def name_axes(source, dataset, cure):
     dataset = dataset.expand_dims([name for name in AXES if name not in dataset.dims])
     if "valid_time" in dataset.variables:  # of a forecast: time is when it began
         dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars("valid_time")
-    check_axes(source, dataset)
+    _check_axes(source, dataset)
     if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
         dataset = dataset.convert_calendar("standard", use_cftime=False)
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):
@@ -56,7 +56,7 @@ def name_axes(source, dataset, cure):
     return dataset
 
 
-def check_axes(source, dataset):
+def _check_axes(source, dataset):
     """Refuse latitudes and longitudes that are missing, twice, or not on Earth, and times that are there twice."""
     for name, most in (("latitude", 90.0), ("longitude", 360.0)):
         values = dataset[name].to_numpy().astype(float)

@@ -51,7 +51,7 @@ def read_weather_csv(path, own):
     if not names:
         problem = f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather variable"
         raise InputError(path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure")
-    times = read_times(path, table.iloc[:, 0])
+    times = _read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
     notes, columns = [], dict(zip(table.columns, given, strict=True))
     if "pressure" in data and 300 < data["pressure"].median() < 1150:
@@ -69,7 +69,7 @@ def read_weather_csv(path, own):
     return Record(data, *place, str(path), label, notes, columns)
 
 
-def read_times(path, column):
+def _read_times(path, column):
     """Parse time stamps with UTC offsets.
 
     Parameters

@@ -47,8 +47,8 @@ def read_dwd(path, place=None):
     head = [line.lstrip("# ") for line in lines if line.startswith("#")]
     names = next(line.split() for line in head if "G_Bh" in line)
     rows = [line for line in lines if re.match(r"\s*\d", line)]
-    table = read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": "p"})
-    hours = read_rows(path, rows)[0].to_numpy()
+    table = _read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": "p"})
+    hours = _read_rows(path, rows)[0].to_numpy()
     if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
         raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
     year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
@@ -63,19 +63,19 @@ def read_dwd(path, place=None):
         what = f"the last {missing} h of {year} (night) are missing in {path.name}"
         notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
-    own, label = place or find_place(path, head), f"DWD {path.name}"
+    own, label = place or _find_place(path, head), f"DWD {path.name}"
     return Record(table, *own, str(path), label, notes, TABLE_COLUMNS)
 
 
-def read_rows(path, rows, **options):
+def _read_rows(path, rows, **options):
     """Table of rows of numbers; `options` of pandas."""
     with parsing(path, "cannot be read as a table of DWD", DAMAGED):
         return pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None, **options)
 
 
-def read_columns(path, names, rows, columns):
+def _read_columns(path, names, rows, columns):
     """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to Pa."""
-    table = read_rows(path, [row.replace(",", ".") for row in rows], dtype=float).set_axis(names, axis=1)
+    table = _read_rows(path, [row.replace(",", ".") for row in rows], dtype=float).set_axis(names, axis=1)
     missing = [part for parts in columns.values() for part in parts.split(" + ") if part not in names]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", DAMAGED)
@@ -85,7 +85,7 @@ def read_columns(path, names, rows, columns):
     return data.assign(pressure=100.0 * data["pressure"])
 
 
-def find_place(path, head):
+def _find_place(path, head):
     """Latitude and longitude [°] and altitude [m] from the header line that contains numbers only."""
     for line in head:
         numbers = [float(number.replace(",", ".")) for number in re.findall(NUMBER, line)]
@@ -158,7 +158,7 @@ def _read_try_table(path, lines, first_names):
     rows = [line for line in lines[start + 1 :] if re.match(r"\s*\d+\s+\d+\s", line)]
     if not rows:
         raise InputError(path, "no hours below its column names", "download the file again; it may be cut")
-    table = read_columns(path, lines[start].split(), rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
+    table = _read_columns(path, lines[start].split(), rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
     day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
     table.index = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
     if (first := first_true((day != table.index.day) | (hour != table.index.hour + 1))) is not None:

@@ -52,7 +52,7 @@ CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v1
 
 
 @dataclass
-class Era5Grid:
+class _Era5Grid:
     """Open files of one grid."""
 
     source: str
@@ -105,7 +105,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     table = sum(a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners).to_dataframe()
     # The values are those of the grid; the sun is that of the requested place.
     place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
-    table, notes = undo_sums(table)
+    table, notes = _undo_sums(table)
     label = f"ERA5{'-Land' if notes else ''} {', '.join(path.name for path in paths)} ({point}: {place})"
     return Record(convert_era5(table), latitude, longitude, altitude, grid.source, label, notes, COLUMNS)
 
@@ -134,8 +134,8 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     """
     source, files, axes = ", ".join(map(str, paths)), [], None
     for path in map(Path, paths):
-        for file in list_files(path, stack):
-            if (found := open_file(path, file, stack)) is None:
+        for file in _list_files(path, stack):
+            if (found := _open_file(path, file, stack)) is None:
                 continue
             files.append(found)
             own = [found[0][name].to_numpy().astype(float) for name in AXES[1:]]
@@ -155,7 +155,7 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
     west, columns = np.unique(longitude, return_index=True)  # the same meridian may be there twice, as -180 and 180°
     rows = np.argsort(latitude, kind="stable")
-    return Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
+    return _Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
 
 
 def read_block(grid, rows, columns):
@@ -189,7 +189,7 @@ def _read_block(grid, rows, columns):
     return reduce(lambda one, other: one.combine_first(other), parts).sortby("time")
 
 
-def list_files(path, stack):
+def _list_files(path, stack):
     """NetCDF files of a file, a folder or a zip, which is unpacked until the stack closes: list of paths."""
     files = sorted(path.glob("*.nc")) if path.is_dir() else [path]
     if not path.is_dir() and zipfile.is_zipfile(path):
@@ -207,7 +207,7 @@ def list_files(path, stack):
     return files
 
 
-def open_file(path, file, stack):
+def _open_file(path, file, stack):
     """Open one NetCDF file without reading its values.
 
     Parameters
@@ -258,7 +258,7 @@ def open_file(path, file, stack):
     return dataset.rename({name: ours for ours, name in names.items()}), scales
 
 
-def undo_sums(table):
+def _undo_sums(table):
     """Hourly radiation from sums since 0 UTC, as ERA5-Land has them, and what was done: pandas.DataFrame, list of str.
 
     Only such sums never fall from 1 to 24 UTC of any day. The first stamp of a file that begins at 0 UTC is the sum of

@@ -50,10 +50,10 @@ def read_pvgis(path):
         hourly, typical = "hourly" in outputs, "tmy_hourly" in outputs
     if not (hourly or typical):
         raise InputError(path, "neither a typical year nor an hourly series of PVGIS", CURE)
-    return (read_typical if typical else read_hourly)(path, text, file_format)
+    return (_read_typical if typical else _read_hourly)(path, text, file_format)
 
 
-def read_typical(path, text, file_format):
+def _read_typical(path, text, file_format):
     """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3 have no offset."""
     if file_format == "csv":
         lines = text.splitlines()
@@ -109,7 +109,7 @@ def lay_intervals(table, offset):
     return data
 
 
-def read_hourly(path, text, file_format):
+def _read_hourly(path, text, file_format):
     """Record of an hourly series on the horizontal plane: path, text and format as in `read_pvgis`."""
     with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
         table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)

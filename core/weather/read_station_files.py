@@ -73,14 +73,14 @@ def read_tmy3(path):
     data = take_columns(path, table, TMY3, TMY3_MISSING)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa
-    data.index = read_starts(path, table).tz_localize(int(3600 * zone))
+    data.index = _read_starts(path, table).tz_localize(int(3600 * zone))
     data, typical = coerce_year(data)
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
     label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
     return Record(data, latitude, longitude, altitude, str(path), label, columns=TMY3)
 
 
-def read_starts(path, table):
+def _read_starts(path, table):
     """Start of each interval in the file's time zone, from date and time of its end; 24:00 is midnight after the date.
 
     Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00 on 1 March ends the

@@ -76,10 +76,10 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     try:
         return check_record(change_record(record, reading.time_shift, reading.without), reading.horizon_cut)
     except TimesError as error:
-        raise try_cure(record, reading, error) from error
+        raise _try_cure(record, reading, error) from error
 
 
-def try_cure(record, reading, error):
+def _try_cure(record, reading, error):
     """The error with a cure that was tried: the options with which the whole record passes all checks, if there are.
 
     Parameters

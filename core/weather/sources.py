@@ -13,7 +13,7 @@ MODELS = ("climate", "clear-sky")
 
 
 @dataclass(frozen=True)
-class Service:
+class _Service:
     """A service that can be asked for weather."""
 
     key: str  # its word in --weather
@@ -25,13 +25,13 @@ class Service:
 
 
 SERVICES = (
-    Service("pvgis", "PVGIS", 2005, "CC BY 4.0, European Commission, Joint Research Centre",
+    _Service("pvgis", "PVGIS", 2005, "CC BY 4.0, European Commission, Joint Research Centre",
             "satellites and ERA5; a typical year with the horizon of distant terrain, years without it", typical=True),
-    Service("nasa-power", "NASA POWER", 2001, "public domain, NASA Langley Research Center POWER",
+    _Service("nasa-power", "NASA POWER", 2001, "public domain, NASA Langley Research Center POWER",
             "satellites (CERES, 1°) and MERRA-2, all over the world"),
-    Service("era5", "ERA5", 1940, "CC BY 4.0, Copernicus Climate Change Service",
+    _Service("era5", "ERA5", 1940, "CC BY 4.0, Copernicus Climate Change Service",
             "reanalysis, 0.25°; needs a key of the Climate Data Store"),
-    Service("open-meteo", "Open-Meteo", 1940, "CC BY 4.0, Open-Meteo.com; free for uses without profit",
+    _Service("open-meteo", "Open-Meteo", 1940, "CC BY 4.0, Open-Meteo.com; free for uses without profit",
             "reanalyses (ERA5, ERA5-Land, IFS) at the nearest point"),
 )  # fmt: skip
 
@@ -42,7 +42,7 @@ ASKED_BY_KEY = {one.key: one for one in SERVICES}
 class Asked:
     """A service with the years that are wanted."""
 
-    service: Service
+    service: _Service
     first: int = 0  # 0: a typical year
     last: int = 0
 

@@ -71,7 +71,7 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
     world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
     own = [find_groups(world, number) for number in range(len(environments))]
     computed = map_in_order(
-        lambda chunk: [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)],
+        lambda chunk: [_compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)],
         source.chunks,
         usable_threads(threads),
     )
@@ -123,7 +123,7 @@ def find_groups(world, number):
     return np.flatnonzero(world.group_count[number])
 
 
-def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
+def _compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
     """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and errors, (14, g)."""
     if weather is None:
         return code, None, []

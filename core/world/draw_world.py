@@ -36,7 +36,7 @@ DAY_GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "f
 FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
 
 
-def draw_world_months(dataset):
+def _draw_world_months(dataset):
     """Draw full load hours by month and latitude in the first traced environment: facades and roofs, east and south.
 
     Parameters
@@ -68,7 +68,7 @@ def draw_world_months(dataset):
             continue
         own, top = [next(rest) for _ in names], values.sel(group=names).max()
         for axes, name in zip(own, names, strict=True):
-            mesh = draw_panel(axes, values.sel(group=name), float(top))
+            mesh = _draw_panel(axes, values.sel(group=name), float(top))
             if hatch_clear(axes, (0.5, 12.5), values["latitude"], np.stack([clear, clear], axis=1)):
                 note = " Hatched: clear sky."
         label = f"{kind.capitalize()}s: hours in the month [h]"
@@ -80,7 +80,7 @@ def draw_world_months(dataset):
     return figure
 
 
-def draw_panel(axes, values, top):
+def _draw_panel(axes, values, top):
     """One group: months to the right, latitudes upwards; blank without weather."""
     months, table = np.arange(1, 13), values.transpose("latitude", "month").to_numpy()
     style = {"cmap": colour_scale("viridis"), "vmin": 0, "vmax": top, "shading": "nearest", "rasterized": True}
@@ -92,7 +92,7 @@ def draw_panel(axes, values, top):
     return mesh
 
 
-def draw_world_day(dataset):
+def _draw_world_day(dataset):
     """Draw full load hours by hour of local solar time: a row for each latitude, a column for each environment.
 
     Parameters
@@ -118,7 +118,7 @@ def draw_world_day(dataset):
         north, east = (round(float(place[name]), 2) for name in ("latitude", "longitude"))
         where = f"{write_degrees(north, 'N', 'S')}, {write_longitude(east)}"
         for axes, name in zip(line, names, strict=True):
-            draw_lines(axes, place.sel(environment=name))
+            _draw_lines(axes, place.sel(environment=name))
             axes.set_title(f"{name}, {where}")
         own = [group for group in DAY_GROUPS if group in values["group"].to_numpy()]
         line[0].set_ylim(0, 1.05 * max(float(place.sel(group=own, environment=names).max()), 1e-3))
@@ -130,7 +130,7 @@ def draw_world_day(dataset):
     return figure
 
 
-def draw_lines(axes, values):
+def _draw_lines(axes, values):
     """East and west, roofs solid and facades dashed."""
     for group, style in DAY_GROUPS.items():
         if group in values["group"].to_numpy() and np.isfinite(values.sel(group=group)).all():
@@ -142,8 +142,8 @@ def draw_lines(axes, values):
 PICTURES = {
     "world_map.png": draw_world_map,
     "world_gain.png": draw_world_gain,
-    "world_months.png": draw_world_months,
-    "world_day.png": draw_world_day,
+    "world_months.png": _draw_world_months,
+    "world_day.png": _draw_world_day,
 }
 MAPS = ("world_map.png", "world_gain.png")
 

@@ -92,7 +92,7 @@ def read_coast():
         return np.split(file["points"] * COAST_STEP, np.cumsum(file["length"])[:-1])
 
 
-def draw_map(axes, values, **style):
+def _draw_map(axes, values, **style):
     """A map of a grid, plate carrée, with coast lines.
 
     Parameters
@@ -118,13 +118,13 @@ def draw_map(axes, values, **style):
     axes.grid(visible=False)
     axes.xaxis.set_major_formatter(lambda value, _: write_longitude(value))
     mark_latitudes(axes)
-    aspect = shape_of_map(values)
+    aspect = _shape_of_map(values)
     axes.locator_params(axis="x", nbins=int(np.clip(round(3 * aspect), 1, 7)))
     axes.locator_params(axis="y", nbins=int(np.clip(round(16 / aspect), 2, 7)))
     return mesh
 
 
-def shape_of_map(values):
+def _shape_of_map(values):
     """Width over height of the map of a grid, with half a cell around its points."""
     width, height = (np.ptp(values[name].values) / (1 - 1 / values.sizes[name]) for name in ("longitude", "latitude"))
     return width / height
@@ -197,7 +197,7 @@ def draw_world_map(dataset):
     maps = [map_of(dataset["full_load_hours"], name) for name in dataset["environment"].to_numpy()]
     columns = 1 if len(maps) < 3 else 2
     rows = -(-len(maps) // columns)
-    width = min(WIDE, max(3.8, 3.7 * shape_of_map(dataset) + 1.8))  # [inch] of one map
+    width = min(WIDE, max(3.8, 3.7 * _shape_of_map(dataset) + 1.8))  # [inch] of one map
     figure = make_figure(width * (1 + 0.7 * (columns - 1)), 4.3 * rows + 0.2)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     shown = np.stack([values.to_numpy() for values, _ in maps])
@@ -205,7 +205,7 @@ def draw_world_map(dataset):
     low, high = choose_range(shown.ravel(), areas.ravel())
     clear = (dataset["weather"] == CLEAR).to_numpy()
     for axes, (values, title) in zip(panels, maps, strict=False):
-        mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
+        mesh = _draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
         axes.set_title(title)
         if hatch_clear(axes, dataset["longitude"], dataset["latitude"], clear):
             axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
@@ -235,7 +235,7 @@ def draw_world_gain(dataset):
     -------
     matplotlib.figure.Figure
     """
-    share = float(np.clip(1.2 * shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
+    share = float(np.clip(1.2 * _shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
@@ -252,7 +252,7 @@ def draw_world_gain(dataset):
     profile.legend(fontsize=8, loc="best")
     values, title = map_of(find_gain(dataset), choose_environment(dataset))
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
-    mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
+    mesh = _draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
     axes.set_title(title)
     label = "Full load hours gained by reflected light [%]"
     figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015, label=label)

@@ -30,7 +30,7 @@ CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
 @dataclass
-class Environment:
+class _Environment:
     """The n eligible surfaces of a city in the order of their g groups, traced for the s directions of a sky grid."""
 
     name: str
@@ -68,7 +68,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or holds at its own place
         only.
     """
-    check_portable(source, transfer)
+    _check_portable(source, transfer)
     check_transfer(transfer)
     check_sky(transfer, sky_model, source)
     sources = sources_of(sky_model)
@@ -96,11 +96,11 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     light = (np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / lit).astype(SINGLE)
     weight = groups.weight[rows, member] * lit
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    found = Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky)
+    found = _Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky)
     return replace(found, errors=find_group_errors(transfer, found, rows, traced))
 
 
-def check_portable(source, transfer):
+def _check_portable(source, transfer):
     """Refuse a Transfer that was not traced for the whole sky, or with what belongs to one place.
 
     Raises

@@ -67,26 +67,26 @@ def find_group_errors(transfer, environment, rows, traced=()):
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     points = np.minimum(parts.direct_points[rows], own[0])
     seen = np.stack([transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]])
-    sky, diffuse = mean_of_groups(seen, first, of_whole)
+    sky, diffuse = _mean_of_groups(seen, first, of_whole)
     direct = []
     for start, stop in pairwise(first):
         cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
         light_of_sun = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
         direct.append(light_of_sun @ weight[start:stop])
     return GroupErrors(
-        own=mean_of_groups(np.stack(own) * of_whole, first, of_whole),
-        points=mean_of_groups(points * of_whole, first, of_whole),
+        own=_mean_of_groups(np.stack(own) * of_whole, first, of_whole),
+        points=_mean_of_groups(points * of_whole, first, of_whole),
         brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST),
-        direct_passed_on=mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
-        diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
-        discretisation=mean_of_groups(np.stack(discretisation), first, of_whole),
+        direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
+        diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
+        discretisation=_mean_of_groups(np.stack(discretisation), first, of_whole),
         sun_sampling=np.array([sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]),
         direct=np.stack(direct, axis=1),
-        shared=mean_of_groups(light, first, weight),
+        shared=_mean_of_groups(light, first, weight),
     )
 
 
-def mean_of_groups(values, first, weight):
+def _mean_of_groups(values, first, weight):
     """Weighted means of the last axis over each group: (…, g)."""
     return np.add.reduceat(values * weight, first[:-1], axis=-1)
 
@@ -111,7 +111,7 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     gain : numpy.ndarray, (g,)
         Of `full_load_hours[0] / plain - 1`; NaN without any light.
     """
-    light, poa, spread = sum_light(errors, hours, sunlight)
+    light, poa, spread = _sum_light(errors, hours, sunlight)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse, *sources = per_poa * light.T[:, :, None]  # (13, g) [h] per relative irradiance
     passed_on = direct[..., None] * errors.direct_passed_on + diffuse[..., None] * errors.diffuse_passed_on
@@ -134,7 +134,7 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
 
 
-def sum_light(errors, hours, sunlight):
+def _sum_light(errors, hours, sunlight):
     """Light of the year and its months, and the groups' irradiance by it.
 
     Cosines are those of the grid's directions.
@@ -213,7 +213,7 @@ def add_mix(world, weights):
 
     whole = (world.group_count[members] > 0).all(axis=0)
     plain = world.without_reflections[..., 0].astype(float)
-    hours, plain = join_errors(world.gain_error * plain, share, members)[:, -1:], mean(plain)[:, -1:]
+    hours, plain = _join_errors(world.gain_error * plain, share, members)[:, -1:], mean(plain)[:, -1:]
     gain = np.divide(hours, plain, out=np.full_like(plain, np.nan), where=plain > 0).astype(np.float32)
     return replace(
         world,
@@ -222,13 +222,13 @@ def add_mix(world, weights):
         group_count=np.concatenate([world.group_count, [world.group_count[members].sum(axis=0) * whole]]),
         group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
         full_load_hours=mean(world.full_load_hours).astype(np.float32),
-        standard_error=join_errors(world.standard_error, share, members),
+        standard_error=_join_errors(world.standard_error, share, members),
         gain_error=np.concatenate([world.gain_error, gain], axis=1),
         without_reflections=mean(world.without_reflections).astype(np.float32),
     )
 
 
-def join_errors(values, share, members):
+def _join_errors(values, share, members):
     """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g, …)."""
     mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
     return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)

@@ -39,19 +39,19 @@ def merge_surfaces(environment, most):
     mixer = np.random.default_rng(SEED).normal(size=(count, FEATURES)).astype(SINGLE) / np.sqrt(count)
     light = [block.visible_share.T @ mixer, block.diffuse[:, None], block.reflected.mean(axis=0)[:, None]]
     features = np.concatenate([*light, TURN * block.normal.T], axis=1)
-    pieces = split_surfaces(features, weight, environment.first, most)
+    pieces = _split_surfaces(features, weight, environment.first, most)
     group = np.array([np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces])
     pieces = [pieces[k] for k in np.argsort(group, kind="stable")]
     return replace(
         environment,
         first=np.searchsorted(np.sort(group), np.arange(len(environment.groups) + 1)).astype(np.int64),
         weight=np.array([weight[rows].sum() for rows in pieces]),
-        sources=mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
-        block=merge_block(block, weight, pieces, environment.sky.direction),
+        sources=_mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
+        block=_merge_block(block, weight, pieces, environment.sky.direction),
     )
 
 
-def split_surfaces(features, share, first, most):
+def _split_surfaces(features, share, first, most):
     """Split the groups at the mean of their widest feature until there are as many pieces as wanted.
 
     Parameters
@@ -89,12 +89,12 @@ def split_surfaces(features, share, first, most):
     return done + [rows for _, _, rows, _ in waiting]
 
 
-def mean_of_pieces(values, weight, pieces):
+def _mean_of_pieces(values, weight, pieces):
     """Weighted means of the last axis over each piece."""
     return np.stack([np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1)
 
 
-def merge_block(block, weight, pieces, direction):
+def _merge_block(block, weight, pieces, direction):
     """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are exact."""
     seen = []  # visible shares that give the mean direct light
     for rows in pieces:
@@ -103,7 +103,7 @@ def merge_block(block, weight, pieces, direction):
         exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(projection, GRAZING)
         seen.append(np.where(projection > GRAZING, exact, visible @ share))
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
-    means = {name: mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE) for name in linear}
+    means = {name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE) for name in linear}
     return replace(
         block,
         **means,

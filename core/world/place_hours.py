@@ -21,7 +21,7 @@ SINGLE = np.float32
 
 
 @dataclass
-class PlaceHours:
+class _PlaceHours:
     """The h intervals of a place with any light."""
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
@@ -59,7 +59,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     relative = pvlib.atmosphere.get_relative_airmass(column["apparent_zenith"], "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
     dark, slope = cell_heating(column["temp_air"], column["wind_speed"], system)
-    return PlaceHours(
+    return _PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
         light=np.stack(
@@ -91,7 +91,7 @@ def match_hours(sky, hours):
         Of one sun.
     """
     bright = (hours.light[:, 0] > 0) & (hours.direction[:, 2] >= 0)
-    index, weight = match_some(sky, hours.direction, bright)
+    index, weight = _match_some(sky, hours.direction, bright)
     level = hours.dni * np.maximum(hours.direction[:, 2], 0.0) + hours.ground
     return Sunlight(index[:, None], weight[:, None], hours.direction[:, None].astype(SINGLE), level.astype(SINGLE))
 
@@ -117,7 +117,7 @@ def match_shifted(sky, hours, weather):
     sun = geocentric_sun(weather.data.index, weather.interval)
     greenwich = sun_of_place(sun, float(np.round(weather.latitude)), 0.0)
     direction = sun_direction(greenwich["apparent_zenith"], greenwich["solar_azimuth"])
-    index, weight = match_some(sky, direction, is_sunny(greenwich["apparent_zenith"]))
+    index, weight = _match_some(sky, direction, is_sunny(greenwich["apparent_zenith"]))
     step = (sun.times[1] - sun.times[0]) / pd.Timedelta(hours=1)
     later = weather.longitude / DEGREES_PER_HOUR / step
     middle = int(np.floor(later + 0.5))
@@ -131,7 +131,7 @@ def match_shifted(sky, hours, weather):
     return Sunlight(index[nodes], shares, suns.astype(SINGLE), level.astype(SINGLE))
 
 
-def match_some(sky, direction, chosen):
+def _match_some(sky, direction, chosen):
     """Grid directions around some suns, index and weight 0 for the others: (t, 3) int64, (t, 3) float32."""
     index, weight = np.zeros((len(direction), 3), np.int64), np.zeros((len(direction), 3), SINGLE)
     index[chosen], weight[chosen] = match_triangles(sky, direction[chosen])

@@ -115,7 +115,7 @@ def thin_axis(axis, step, limits):
 
 
 @dataclass
-class Source:
+class _Source:
     """Weather of places: `read(chunk)` gives their Weather and what it is."""
 
     places: Places
@@ -165,7 +165,7 @@ def model_source(places, name, request, off_land="blank"):
     label = LABEL if name == "climate" else f"clear sky {request.year} (upper bound)"
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
-    return Source(places, label, cut(len(places), AT_ONCE), read, [])
+    return _Source(places, label, cut(len(places), AT_ONCE), read, [])
 
 
 def grid_source(grid, places, picked, request, years=None):
@@ -222,7 +222,7 @@ def grid_source(grid, places, picked, request, years=None):
     together = int(max(1, min(360, MOST // (8 * 6 * len(stamps)))))
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
-    return Source(places, label, chunks, read, [])
+    return _Source(places, label, chunks, read, [])
 
 
 def station_source(weathers, names):
@@ -246,7 +246,7 @@ def station_source(weathers, names):
     def read(chunk):
         return [(weathers[one], FILES) for one in chunk]
 
-    return Source(places, label, cut(len(places), 1), read, notes)
+    return _Source(places, label, cut(len(places), 1), read, notes)
 
 
 def cut(count, size):

@@ -52,12 +52,12 @@ def sum_groups(environment, hours, sunlight, model):
     surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
     powers = tuple(model.efficiency[::-1])  # of temperature; a tuple, so that the loop over them is vectorised
     tables = model.incidence, powers, model.diffuse_share
-    loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
+    _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
+def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
@@ -72,7 +72,7 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
         direct[:], beam[:], scattered[:], low[:], caught_low[:] = NONE, NONE, NONE, NONE, NONE
         if sunward > NONE:
             for node in range(index.shape[1]):
-                add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
+                _add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
             # Direct sunlight after the modules' incidence angle modifier.
             x, y, z = direction[hour]
             for i in range(count):
@@ -97,18 +97,18 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             caught = (rest - low[i]) * iam[1, i] + straight * (iam[0, i] - iam[1, i]) + caught_low[i]
             effective[i] = passing * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
-        convert(effective, total, efficiency)
-        add_groups(effective, area, first, found[hour, :group_count])
+        _convert(effective, total, efficiency)
+        _add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
             straight = dome * sky[i]
             effective[i] = passing * (beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i]))
             total[i] = (direct[i] + straight + low[i]) * hot + cold
-        convert(effective, total, efficiency)
-        add_groups(effective, area, first, found[hour, group_count:])
+        _convert(effective, total, efficiency)
+        _add_groups(effective, area, first, found[hour, group_count:])
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
+def _add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
     """Add one sun to the direct and the reflected sunlight of each surface [Wm⁻²]."""
     visible, reflected, normal = seen
     x, y, z = sun
@@ -123,7 +123,7 @@ def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def convert(effective, temperature, efficiency):
+def _convert(effective, temperature, efficiency):
     """Replace effective irradiance by capacity factors, at scaled cell temperatures; the highest power comes first."""
     for i in range(len(effective)):
         bright = max(effective[i], NONE)
@@ -135,7 +135,7 @@ def convert(effective, temperature, efficiency):
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def add_groups(power, area, first, found):
+def _add_groups(power, area, first, found):
     """Add the mean power of each group, weighted by area."""
     for group in range(len(found)):
         total = 0.0

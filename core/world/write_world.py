@@ -32,7 +32,7 @@ PARTS = {  # name -> values, their periods, dimension of these, long name
 }  # fmt: skip
 
 
-def dataset_of_world(world):
+def _dataset_of_world(world):
     """A World as a dataset: latitude × longitude (or station) × environment × group × period.
 
     Parameters
@@ -116,7 +116,7 @@ def write_world(path, world):
     path : path-like
     world : World
     """
-    dataset = dataset_of_world(world)
+    dataset = _dataset_of_world(world)
     encoding = {name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32}
     # Coordinates and areas have no missing values.
     encoding |= {name: {"_FillValue": None} for name in ("latitude", "longitude", "area")}

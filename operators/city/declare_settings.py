@@ -18,7 +18,7 @@ ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
 OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
 
 
-def list_titled():
+def _list_titled():
     """Settings that the panel shows: list of (name, default, details)."""
     return [(name, default, details) for name, default, details in declared_settings() if details.title]
 
@@ -28,7 +28,7 @@ def settings_of_panel(panel):
     return [name for name, _, details in declared_settings() if details.panel == panel]
 
 
-def left_to_program(details):
+def _left_to_program(details):
     """Whether a setting is a whole number or, with a word such as `auto`, None."""
     return details.kind == "integer" and bool(details.none)
 
@@ -36,17 +36,17 @@ def left_to_program(details):
 def build_properties():
     """Properties of all settings that have a title, by the names of the settings, and switches of effects: dict."""
     found = {}
-    for name, default, details in list_titled():
-        found[name] = build_property(default, details)
-        if left_to_program(details):
-            found[AUTO + name] = build_switch(name, details)
+    for name, default, details in _list_titled():
+        found[name] = _build_property(default, details)
+        if _left_to_program(details):
+            found[AUTO + name] = _build_switch(name, details)
     return found | {
         name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
         for key, row in TABLE.items()
     }
 
 
-def build_switch(name, details):
+def _build_switch(name, details):
     """Property that leaves a setting to the program: on while its number is UNSET."""
     return BoolProperty(
         name="Automatic",
@@ -56,7 +56,7 @@ def build_switch(name, details):
     )
 
 
-def build_property(default, details):
+def _build_property(default, details):
     """Property of one setting.
 
     Parameters
@@ -82,11 +82,11 @@ def build_property(default, details):
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
     if details.kind == "text":
-        search = {"search": suggest_modules, "search_options": {"SUGGESTION"}} if details.title == "Module" else {}
+        search = {"search": _suggest_modules, "search_options": {"SUGGESTION"}} if details.title == "Module" else {}
         return StringProperty(**named, default=default or "", **search)
     limits = {"min": details.least, "max": details.most}
     named |= {"default": default} | {key: limit for key, limit in limits.items() if limit is not None}
-    if left_to_program(details):
+    if _left_to_program(details):
         named |= {"default": UNSET if default is None else default, "min": UNSET}
         named["description"] += f" ({UNSET}: {details.none})"
     if details.kind == "integer":
@@ -100,13 +100,13 @@ def read_properties(settings):
     """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
     found = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
-    for name, default, details in list_titled():
+    for name, default, details in _list_titled():
         value = getattr(settings, name)
         # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
         value = float(f"{value:.6g}") if isinstance(value, float) else value
         if details.kind == "text" and not details.none:
             value = value or default  # what was cleared
-        unset = (UNSET,) if left_to_program(details) else ("", details.none) if details.none else ()
+        unset = (UNSET,) if _left_to_program(details) else ("", details.none) if details.none else ()
         found[name] = None if value in unset else value
     return found
 
@@ -116,7 +116,7 @@ def name_switch(key):
     return f"effect_{key.replace('-', '_')}"
 
 
-def suggest_modules(settings, context, text):
+def _suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
     from ...core.energy.pv_system import CEC, SANDIA, join_letters, read_library, split_words
 
@@ -131,7 +131,7 @@ class FindModule(Action, bpy.types.Operator):
     bl_idname, bl_label = "citypv.find_module", "Find module"
 
     text: bpy.props.StringProperty(
-        name="Name", description="Name or a part of it", search=suggest_modules, search_options={"SUGGESTION"}
+        name="Name", description="Name or a part of it", search=_suggest_modules, search_options={"SUGGESTION"}
     )
 
     def invoke(self, context, event):

@@ -130,13 +130,13 @@ def read_finish(material):
     # From 5.0 on, Blender stores declared properties separately from custom properties of a file.
     choice = str(getattr(material, CHOICE, "") or material.get(CHOICE, "")).strip()
     word = recognise_material(choice) or choice or recognise_material(material.name)
-    colour, *rest = read_shader(material)
+    colour, *rest = _read_shader(material)
     if word != "mirror" and not word.startswith("glossy"):
         return MaterialSpec(material=word) if word else shader_material(colour, *rest)
     return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)
 
 
-def read_shader(material):
+def _read_shader(material):
     """Read colour (linear Rec. 709), metallic, roughness and transmission of a material's shader.
 
     Returns

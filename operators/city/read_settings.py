@@ -74,7 +74,7 @@ def read_settings(settings):
         weather=weather,
         suns=settings.suns if number is None else f"{settings.suns}:{number}",
         horizon=bpy.path.abspath(settings.horizon) or None,
-        weather_place=read_weather_place(settings) if settings.weather == "file" else None,
+        weather_place=_read_weather_place(settings) if settings.weather == "file" else None,
         albedo_file=albedo_file,
         threads=settings.threads or preferred or threads_beside_window(not bpy.app.background),
     )
@@ -100,7 +100,7 @@ def read_path(settings, name, title, cure):
     return bpy.path.abspath(getattr(settings, name))
 
 
-def read_weather_place(settings):
+def _read_weather_place(settings):
     """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file says it."""
     words = settings.weather_place.replace(",", " ").split()
     try:
@@ -156,7 +156,7 @@ def remember_step(city, step, settings):
     order = list(STEPS)
     for later in order[order.index(step) + 1 :]:
         city.pop(ASKED + later, None)
-    city[ASKED + step] = describe_settings(step, settings)
+    city[ASKED + step] = _describe_settings(step, settings)
 
 
 def state_of_step(city, step, settings):
@@ -169,7 +169,7 @@ def state_of_step(city, step, settings):
         kept = city.get(ASKED + name)
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
-        same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
+        same = kept == _describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
         if same and not (name == "import" and describe_edit(city)[0]):
             state = "done"
         if name == step:
@@ -179,6 +179,6 @@ def state_of_step(city, step, settings):
     raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
 
 
-def describe_settings(step, settings):
+def _describe_settings(step, settings):
     """Settings of a step as text."""
     return repr([getattr(settings, name) for name in STEPS[step]])

@@ -47,7 +47,7 @@ class AddToCity(EditAction, bpy.types.Operator):
         return f"Part of {city.name}: {', '.join(item.name for item in chosen)}"
 
 
-class NameBuilding:
+class _NameBuilding:
     """Mixin of operators that take a building; without an id they take that of the selected faces, or ask."""
 
     building: bpy.props.StringProperty(
@@ -66,7 +66,7 @@ class NameBuilding:
         return self.execute(context) if self.building else context.window_manager.invoke_props_dialog(self)
 
 
-def check_building(city, session, name):
+def _check_building(city, session, name):
     """Refuse a building that is none of the files.
 
     Raises
@@ -81,7 +81,7 @@ def check_building(city, session, name):
         raise InputError(name, "no building of the city has this id", "take it from the list of buildings")
 
 
-class RemoveBuilding(NameBuilding, EditAction, bpy.types.Operator):
+class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
     """Leave a building out of the city"""
 
     bl_idname, bl_label = "citypv.remove_building", "Remove building"
@@ -94,7 +94,7 @@ class RemoveBuilding(NameBuilding, EditAction, bpy.types.Operator):
                 bpy.data.objects.remove(item)
                 if self.building not in find_session(city).imported.building_id:
                     return f"Removed: {self.building}"
-        check_building(city, find_session(city), self.building)
+        _check_building(city, find_session(city), self.building)
         if self.building in removed_of(city):
             raise InputError(self.building, "it was removed already", "take another")
         if not {*find_session(city).imported.building_id} - removed_of(city) - {self.building}:
@@ -103,7 +103,7 @@ class RemoveBuilding(NameBuilding, EditAction, bpy.types.Operator):
         return f"Removed: {self.building}"
 
 
-class EditBuilding(NameBuilding, EditAction, bpy.types.Operator):
+class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
     """Make a building an object of its own, in place, with its ids: move, scale or edit it as any object"""
 
     bl_idname, bl_label = "citypv.edit_building", "Edit building"
@@ -112,11 +112,11 @@ class EditBuilding(NameBuilding, EditAction, bpy.types.Operator):
     def act(self, context, city, ground):
         """Make the object, and let it show the colours of its faces."""
         session = find_session(city)
-        check_building(city, session, self.building)
+        _check_building(city, session, self.building)
         if self.building in removed_of(city):
             raise InputError(self.building, "it is an object of its own already, or was removed", "edit that object")
         leave_edit_mode(context)
-        item = make_object(city, session, self.building)
+        item = _make_object(city, session, self.building)
         for group in city.users_collection:
             group.objects.link(item)
         context.view_layer.update()
@@ -134,7 +134,7 @@ class EditBuilding(NameBuilding, EditAction, bpy.types.Operator):
         return f"{self.building} is the object {item.name}"
 
 
-def make_object(city, session, building):
+def _make_object(city, session, building):
     """Object of a building of the files, in place: bpy.types.Object, not linked yet.
 
     Its faces are the polygons, or triangles of those with holes; they know the ids. Its origin is on its foot.

@@ -19,7 +19,7 @@ from .take_meshes import read_meshes
 
 
 @dataclass
-class Seen:
+class _Seen:
     """A city as it is seen."""
 
     imported: object  # core.city.city.City, of the files; None for a city of meshes
@@ -30,7 +30,7 @@ class Seen:
     removed: set  # ids of its buildings that are left out
     content: FileContent | None  # of objects
     taken: list  # of (`session_uid` of an object, name of its building), of `read_meshes`
-    reshaped: tuple | None  # of `read_reshaped`
+    reshaped: tuple | None  # of `_read_reshaped`
 
     def make(self):
         """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
@@ -71,7 +71,7 @@ def read_seen(context, city, session):
     if read or is_in_place(city):
         frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
         content, taken = read_meshes("Objects of the city", list(read), context, named=read, frame=frame)
-    return Seen(
+    return _Seen(
         None if is_in_place(city) else session.imported,
         describe_design(city, lineage),
         lineage,
@@ -80,11 +80,11 @@ def read_seen(context, city, session):
         removed_of(city) - originals,
         content,
         taken + [(item.session_uid, name) for item, name in seen.items() if name in originals],
-        read_reshaped(city, session) if reshaped else None,
+        _read_reshaped(city, session) if reshaped else None,
     )
 
 
-def read_reshaped(city, session):
+def _read_reshaped(city, session):
     """Which polygons of the files were edited in the city's own mesh, and what they are now.
 
     Returns
@@ -106,11 +106,11 @@ def read_reshaped(city, session):
     scene, mesh = session.scene, city.data
     ids, owner = scene.surfaces.surface_id, scene.surfaces.building_id
     own = scene.triangle_surface >= 0
-    before = key_triangles(scene.triangle_surface[own], scene.vertices[scene.triangles[own]])
+    before = _key_triangles(scene.triangle_surface[own], scene.vertices[scene.triangles[own]])
     start, total = (read_array(mesh.polygons, name, dtype=np.int32) for name in ("loop_start", "loop_total"))
     points, surface = read_array(mesh.vertices, "co", 3)[read_corners(mesh)], read_face_attribute(mesh, "surface")
     plain = np.flatnonzero(total == 3)
-    now = key_triangles(surface[plain], points[start[plain][:, None] + np.arange(3)])
+    now = _key_triangles(surface[plain], points[start[plain][:, None] + np.arange(3)])
     same = np.zeros(len(total), bool)
     same[plain] = np.isin(now, before)
     rows = np.union1d(surface[~same], scene.triangle_surface[own][~np.isin(before, now)])
@@ -130,7 +130,7 @@ def read_reshaped(city, session):
     return broken, content
 
 
-def key_triangles(surface, corners):
+def _key_triangles(surface, corners):
     """A key for each triangle, of its surface, (t,) int, and its corners, (t, 3, 3): (t,) of bytes."""
     corners = np.ascontiguousarray(corners, np.float32).reshape(len(corners), 9).view(np.int32)
     keys = np.column_stack([surface.astype(np.int32), corners])

@@ -30,12 +30,12 @@ class TakeMeshes(Step, bpy.types.Operator):
     def poll(cls, context):
         """There are objects to use."""
         cls.poll_message_set("Select meshes, or choose a collection")
-        return bool(find_items(context)[1])
+        return bool(_find_items(context)[1])
 
     def prepare(self, context):
         """Read the meshes in Blender's thread."""
         leave_edit_mode(context)
-        return *read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
+        return *read_meshes(*_find_items(context), context), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
@@ -54,7 +54,7 @@ class TakeMeshes(Step, bpy.types.Operator):
         return show_import(context, *imported, [(there[uid], building) for uid, building in taken])
 
 
-def find_items(context):
+def _find_items(context):
     """Candidate objects: those of the chosen collection and its children, else the selected ones.
 
     Returns
@@ -106,14 +106,14 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
-        if owner not in chosen or instance.object.type != "MESH" or is_outline(item):
+        if owner not in chosen or instance.object.type != "MESH" or _is_outline(item):
             continue
         met.add(owner)
         if not len(instance.object.data.polygons):
             continue
         drawn.add(owner)
         matrix = frame @ np.array(instance.matrix_world)
-        if is_tree(item) or is_tree(owner):
+        if _is_tree(item) or _is_tree(owner):
             _add_tree(content, item.name, instance.object, matrix)
             continue
         called = (named or {}).get(owner, owner.name)
@@ -138,12 +138,12 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     return content, [(item.session_uid, own[item]) for item in sorted(own, key=lambda item: item.name)]
 
 
-def is_outline(item):
+def _is_outline(item):
     """Whether the mesh that Blender makes of an object is no building: that of letters or a curve as such."""
     return item.type in OTHER_SHAPES and all(modifier.type != "NODES" for modifier in item.modifiers)
 
 
-def is_tree(item):
+def _is_tree(item):
     """Whether an object is marked as a tree: by a custom property `tree`, or a collection called Trees or Vegetation.
 
     The property counts on the object itself, its mesh, or a collection that it is in.

@@ -82,7 +82,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = light, WeighEnergy.work((known, None, request), progress)
-        earlier = match_before(before, known, solved, progress)
+        earlier = _match_before(before, known, solved, progress)
         return seen, known, earlier, tell_errors((earlier or before).base, known, known.told[1][2], request)
 
     def modal(self, context, event):
@@ -131,7 +131,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         seen, known, earlier, known.change = result
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
-        again = renew_before(find_before(context.scene, city), earlier) if earlier else ""
+        again = _renew_before(find_before(context.scene, city), earlier) if earlier else ""
         traced, (_, *energy) = known.told
         show_kinds(context, self._shown, known, traced[2], seen)
         keep_light(context, *traced)
@@ -171,7 +171,7 @@ def estimate_hours(session, scene, light):
     return np.where((rows < 0) & ~scene.surfaces.eligible, np.nan, np.maximum(guess, 0.0))
 
 
-def match_before(before, after, solved, progress):
+def _match_before(before, after, solved, progress):
     """What is kept as before with the reflections and the sky of an edited city, and its energy, if it has others.
 
     Parameters
@@ -200,7 +200,7 @@ def match_before(before, after, solved, progress):
     return replace(before, base=base, transfer=base.transfer, energy=energy)
 
 
-def renew_before(item, earlier):
+def _renew_before(item, earlier):
     """Show on what was kept as before, and keep in its session, the hours of its city with other light: what to say."""
     from ...core.results.compare_runs import describe_light
 

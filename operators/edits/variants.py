@@ -32,7 +32,7 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         """Copy, and show the copy."""
         leave_edit_mode(context)
         city[FAMILY] = city.get(FAMILY) or city[IDENTITY]
-        copy = copy_variant(city, ground)
+        copy = _copy_variant(city, ground)
         for item in (copy,) if VARIANT in city else (city, copy):
             used = {one.get(VARIANT) for one in find_variants(context.scene, item) if one != item}
             item[VARIANT] = next((letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}")
@@ -88,7 +88,7 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
         return f"Deleted: variant {text}"
 
 
-def copy_variant(city, ground):
+def _copy_variant(city, ground):
     """Copy a city with its results, its ground and its objects, which keep the ids of their buildings; it is linked.
 
     Returns

@@ -35,7 +35,7 @@ def follow_undo(scene, *_):
 
 
 @persistent
-def follow_edits(scene, graph):
+def _follow_edits(scene, graph):
     """Mark the cities that were edited, and unmark those whose edit was undone."""
     renew_holders()
     updates = [update for update in graph.updates if update.is_updated_geometry or update.is_updated_transform]
@@ -70,7 +70,7 @@ def remove_left_grounds():
     _grounds.update({city.session_uid: ground.session_uid for city, ground in laid.items() if ground is not None})
 
 
-def find_work():
+def _find_work():
     """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple), or None."""
     for window in bpy.context.window_manager.windows:
         scene = window.scene
@@ -95,7 +95,7 @@ def watch():
     """Update what was edited once the edit is finished; a newer edit cancels the computation of an older one."""
     renew_holders()
     remove_left_grounds()
-    found = find_work()
+    found = _find_work()
     if found is None and Step.current is None:  # undone: the same edit, made again, is tried again
         UpdateCity.tried = None
     if found is None or UpdateCity.tried == found[1]:
@@ -113,7 +113,7 @@ def watch():
 HANDLERS = (
     ("undo_post", follow_undo),
     ("redo_post", follow_undo),
-    ("depsgraph_update_post", follow_edits),
+    ("depsgraph_update_post", _follow_edits),
     ("save_pre", keep_transfers),
     ("load_pre", close_sessions),
     ("frame_change_post", follow_frame),

@@ -59,7 +59,7 @@ def find_kept(city):
     return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
 
 
-def has_transfer(city):
+def _has_transfer(city):
     """Whether the light of a city is traced: in this session, or in a file that is there."""
     session, kept = find_session(city), find_kept(city)
     return (session is not None and session.transfer is not None) or (kept is not None and kept.is_file())
@@ -70,7 +70,7 @@ def describe_missing(city):
     if not city or city.get(PROBLEM):
         return city.get(PROBLEM, "") if city else ""
     kept = find_kept(city)
-    if has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
+    if _has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
         return ""
     if kept is None:
         return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
@@ -125,7 +125,7 @@ class OfTransfer:
         """The city has been traced, in this session or before the file was saved."""
         city, _ = find_city(context.scene)
         cls.poll_message_set(describe_missing(city) or "Trace the light first")
-        return city is not None and has_transfer(city)
+        return city is not None and _has_transfer(city)
 
     def prepare(self, context):
         """Take the session, a new one if the file was opened since, the file with the transfer, and the settings."""
@@ -146,4 +146,4 @@ class OfEnergy(OfTransfer):
         cls.poll_message_set(describe_missing(city) or "Compute the energy first")
         if getattr(find_session(city), "energy", None) is not None:
             return True
-        return city is not None and has_transfer(city) and state_of_step(city, "energy", settings) == "done"
+        return city is not None and _has_transfer(city) and state_of_step(city, "energy", settings) == "done"

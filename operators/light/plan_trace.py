@@ -132,7 +132,7 @@ class UsePreset(Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Set them."""
-        for name, value in properties_of_preset(self.preset).items():
+        for name, value in _properties_of_preset(self.preset).items():
             setattr(context.scene.citypv, name, value)
         return f"{self.preset.capitalize()}: {PRESET_WORDS[self.preset]}"
 
@@ -160,7 +160,7 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         return "; ".join(f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items())
 
 
-def properties_of_preset(preset):
+def _properties_of_preset(preset):
     """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
     named = sorted({name for settings in PRESETS.values() for name in settings})
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
@@ -171,7 +171,7 @@ def properties_of_preset(preset):
 
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
-    shown = {name: properties_of_preset(name).items() for name in PRESETS}
+    shown = {name: _properties_of_preset(name).items() for name in PRESETS}
     return next((name for name, row in shown.items() if all(getattr(settings, key) == one for key, one in row)), "")
 
 

@@ -44,7 +44,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Trace; the weather only provides the hours. Rounds are left in the task's queue, see `trace_rounds`."""
+        """Trace; the weather only provides the hours. Rounds are left in the task's queue, see `_trace_rounds`."""
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
         from ...core.study import check_tracing
@@ -53,7 +53,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         check_tracing(request)
         albedos = describe_albedo(session.scene, request)
         weather = prepare_weather(session, request, progress)
-        transfer, base = trace_rounds(session, weather, request, progress, found)
+        transfer, base = _trace_rounds(session, weather, request, progress, found)
         findings = list_findings(session.scene, transfer.covered_share)
         return session, Session(weather=weather, transfer=transfer, base=base), findings, (albedos, unread)
 
@@ -133,7 +133,7 @@ def read_goal(seeing, request):
         request.time_budget = seeing.time_budget or None
 
 
-def trace_rounds(session, weather, request, progress, found):
+def _trace_rounds(session, weather, request, progress, found):
     """Trace a session's scene in one round, or in as many as target and time ask for.
 
     Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far, its energy)). The

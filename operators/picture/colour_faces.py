@@ -49,7 +49,7 @@ CLASS_COLOURS = {
 
 
 @dataclass
-class ColourScale:
+class _ColourScale:
     """Mapping from values of one attribute to colours."""
 
     attribute: str  # name without prefix
@@ -93,13 +93,13 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     if attribute in CODES:
         names = sorted(CODES[attribute], key=CODES[attribute].get)
         stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
-        return ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
+        return _ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
     chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
     stops = np.array([srgb_colour(text) for text in chosen.split()])
     step = tick_step(low, high)
     # Ticks are the multiples of the step within the range.
     ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
-    return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
+    return _ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
 
 
 def colours_of_values(scale, values):

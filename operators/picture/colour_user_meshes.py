@@ -26,14 +26,14 @@ def colour_user_meshes(city):
     for item, building, triangles, faces in list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
-            write_on_mesh(city.data, item.data, triangles, faces)
+            _write_on_mesh(city.data, item.data, triangles, faces)
             _show_in_pictures(item)
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
             if HIDDEN not in item:
                 item[HIDDEN], item.display_type = item.display_type, "WIRE"
-    mask_faces(city, own)
+    _mask_faces(city, own)
     if is_in_place(city):
         city.hide_set(bool(own.all()))
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
@@ -78,7 +78,7 @@ def _show_in_pictures(item):
     item.modifiers.new(WORN_COLOURS, "NODES").node_group = group
 
 
-def write_on_mesh(source, mesh, triangles, faces):
+def _write_on_mesh(source, mesh, triangles, faces):
     """Write the results of a city's triangles to the faces of a mesh, and their colours.
 
     Parameters
@@ -106,7 +106,7 @@ def write_on_mesh(source, mesh, triangles, faces):
     mesh.update()
 
 
-def mask_faces(city, own):
+def _mask_faces(city, own):
     """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the city."""
     mesh = city.data
     inside = np.zeros(len(mesh.vertices), bool)

@@ -64,17 +64,17 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     build_legend(stage, place_camera(stage, points), scale, note)
     views = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
     show_city(bpy.context, points, areas=views)
-    with quieten():
+    with _quieten():
         if "blend" in pictures:
             bpy.context.preferences.filepaths.save_version = 0
             bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"), compress=True, check_existing=False)
         if "preview" in pictures:
-            prepare_render(stage)
+            _prepare_render(stage)
             stage.render.filepath, stage.render.use_file_extension = str(folder / "preview.png"), False
             bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
-def prepare_render(stage):
+def _prepare_render(stage):
     """Set a Blender scene up for Cycles on the processor; colours come out exactly as in the legend."""
     render, cycles = stage.render, stage.cycles
     render.engine = "CYCLES"
@@ -85,7 +85,7 @@ def prepare_render(stage):
 
 
 @contextmanager
-def quieten():
+def _quieten():
     """Discard what Blender prints to standard output; standard error is not affected."""
     _flush()
     kept, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
@@ -146,7 +146,7 @@ def stage_picture(context, view="overview"):
     if view == "overview":
         camera = place_camera(stage, read_vertices(city))
     elif space is None or space.region_3d.view_perspective == "CAMERA":
-        camera = copy_camera(stage, context.scene)
+        camera = _copy_camera(stage, context.scene)
     else:
         region = next(region for region in area.regions if region.type == "WINDOW")
         camera = copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
@@ -154,7 +154,7 @@ def stage_picture(context, view="overview"):
     build_legend(stage, camera, scale, note_of(city, scale.attribute))
     set_background(stage)
     show_exact_colours(stage)
-    prepare_render(stage)
+    _prepare_render(stage)
     return stage
 
 
@@ -182,7 +182,7 @@ def copy_view(stage, seen, width, height, far):
     return camera
 
 
-def copy_camera(stage, scene):
+def _copy_camera(stage, scene):
     """Give the picture's camera, which is returned, place, lens and resolution of a scene's own."""
     if scene.camera is None or scene.camera.type != "CAMERA":
         raise InputError("Camera", "the scene has none", "add a camera, or choose another view")

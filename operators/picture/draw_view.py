@@ -32,7 +32,7 @@ SELECTED = (1.0, 0.35, 0.0, 0.75)
 LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
 
 
-def find_coloured(switch):
+def _find_coloured(switch):
     """The city if its colours are to be seen, on its own faces or on the objects it was taken from, else None.
 
     Also None where this switch of the panel is off, or the 3D view shows no overlays.
@@ -46,26 +46,26 @@ def find_coloured(switch):
     return city if (city.get(WORN) if is_in_place(city) else city.visible_get()) else None
 
 
-def draw_legend():
+def _draw_legend():
     """Draw the legend of the city in the current 3D view, if it has one and the panel enables it."""
-    city = find_coloured("show_legend")
+    city = _find_coloured("show_legend")
     scale = read_scale(city) if city is not None else None
     if scale is None:
         return
     whole = bpy.context.preferences.system.ui_scale
-    pixel = max(fit_width(LEGEND), SMALLEST) * whole
+    pixel = max(_fit_width(LEGEND), SMALLEST) * whole
     blf.size(0, 11 * pixel)
     lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
     deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
     left, bottom, width, height = 76 * whole, 46 * pixel + deep, 440 * pixel, 16 * pixel
     across = max(width, *(blf.dimensions(0, line)[0] for line in lines))
-    draw_box((left - 26 * pixel, bottom - deep, across + 52 * pixel, height + deep + 34 * pixel), PAPER)
-    write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
+    _draw_box((left - 26 * pixel, bottom - deep, across + 52 * pixel, height + deep + 34 * pixel), PAPER)
+    _write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
     for number, line in enumerate(lines):
-        write_text(line, left, bottom - (37 + LINE * number) * pixel, 11 * pixel)
+        _write_text(line, left, bottom - (37 + LINE * number) * pixel, 11 * pixel)
     for share, text in scale.labels():
-        write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
+        _write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
     values = np.arange(len(scale.classes)) if scale.classes else np.linspace(scale.low, scale.high, BOXES)
     edges = np.linspace(left, left + width, len(values) + 1).tolist()
     points = [(x, y) for ends in pairwise(edges) for x in ends for y in (bottom, bottom + height)]
@@ -74,13 +74,13 @@ def draw_legend():
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
 
 
-def fit_width(width):
+def _fit_width(width):
     """Size, at most 1, at which so many pixels fit into what the sidebar leaves of the current 3D view."""
     free = bpy.context.region.width - sum(one.width for one in bpy.context.area.regions if one.type == "UI")
     return min(1.0, free / (width * bpy.context.preferences.system.ui_scale))
 
 
-def draw_box(box, colour):
+def _draw_box(box, colour):
     """Fill a rectangle (left, bottom, width, height) [pixels] with a colour (sRGB with alpha)."""
     x, y, width, height = box
     points = [(x, y), (x + width, y), (x, y + height), (x + width, y + height)]
@@ -91,7 +91,7 @@ def draw_box(box, colour):
     gpu.state.blend_set("NONE")
 
 
-def write_text(text, x, y, size, centred=False):
+def _write_text(text, x, y, size, centred=False):
     """Write dark text [pixels]."""
     blf.size(0, size)
     blf.color(0, 0.13, 0.15, 0.17, 1.0)
@@ -99,36 +99,36 @@ def write_text(text, x, y, size, centred=False):
     blf.draw(0, text)
 
 
-def draw_charts():
+def _draw_charts():
     """Draw the charts in the current 3D view, above the legend, if something was probed and the panel enables them."""
-    charts = read_charts(find_coloured("show_charts"))
+    charts = read_charts(_find_coloured("show_charts"))
     if charts is None:
         return
     whole, region = bpy.context.preferences.system.ui_scale, bpy.context.region
     # At most a third of what the sidebar leaves; where letters would be too small to read, there are none.
-    share = fit_width(3 * (WIDTH + 28))
+    share = _fit_width(3 * (WIDTH + 28))
     if share < SMALLEST:
         return
     pixel = share * whole
     left, bottom = 64 * whole, min(216 * whole, max(region.height - (2 * HEIGHT + GAP + 90) * pixel, 190 * whole))
-    draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 54) * pixel), PAPER)
-    draw_curves(charts[1], left, bottom, pixel)
-    draw_months(charts[0], left, bottom + (HEIGHT + GAP) * pixel, pixel)
+    _draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 54) * pixel), PAPER)
+    _draw_curves(charts[1], left, bottom, pixel)
+    _draw_months(charts[0], left, bottom + (HEIGHT + GAP) * pixel, pixel)
 
 
-def draw_months(months, left, bottom, pixel):
+def _draw_months(months, left, bottom, pixel):
     """Draw a bar for each month [MWh]."""
     largest = max(float(months.max()), 1e-9)
     step = WIDTH * pixel / 12
     for number, value in enumerate(months.tolist()):
         height = HEIGHT * pixel * max(value, 0.0) / largest
-        draw_box((left + number * step, bottom, 0.8 * step, height), BAR)
-        write_text(LETTERS[number], left + (number + 0.4) * step, bottom - 13 * pixel, 10 * pixel, centred=True)
+        _draw_box((left + number * step, bottom, 0.8 * step, height), BAR)
+        _write_text(LETTERS[number], left + (number + 0.4) * step, bottom - 13 * pixel, 10 * pixel, centred=True)
     title = f"Energy by month, at most {describe_amount(largest, 'MWh', 'kWh')}"
-    write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
+    _write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
 
 
-def draw_curves(curves, left, bottom, pixel):
+def _draw_curves(curves, left, bottom, pixel):
     """Draw the mean power by hour of solar time [kW]: year, June, December."""
     largest = max(float(curves.max()), 1e-9)
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
@@ -140,13 +140,13 @@ def draw_curves(curves, left, bottom, pixel):
         shader.uniform_float("color", colour)
         batch_for_shader(shader, "LINE_STRIP", {"pos": points}).draw(shader)
         name = list(CURVES)[row].capitalize()
-        write_text(name, left + (80 * row + 18) * pixel, bottom + (HEIGHT - 12) * pixel, 10 * pixel)
-        draw_box((left + 80 * row * pixel, bottom + (HEIGHT - 9) * pixel, 12 * pixel, 3 * pixel), colour)
+        _write_text(name, left + (80 * row + 18) * pixel, bottom + (HEIGHT - 12) * pixel, 10 * pixel)
+        _draw_box((left + 80 * row * pixel, bottom + (HEIGHT - 9) * pixel, 12 * pixel, 3 * pixel), colour)
     gpu.state.line_width_set(1.0)
     for hour in (0, 6, 12, 18, 24):
-        write_text(f"{hour}", left + hour / 24 * WIDTH * pixel, bottom - 13 * pixel, 10 * pixel, centred=True)
+        _write_text(f"{hour}", left + hour / 24 * WIDTH * pixel, bottom - 13 * pixel, 10 * pixel, centred=True)
     title = f"Power by hour, at most {describe_amount(largest, 'kW', 'W')}"
-    write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
+    _write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
 
 
 def describe_amount(value, unit, smaller):
@@ -155,7 +155,7 @@ def describe_amount(value, unit, smaller):
     return f"{amount:,.0f} {name}" if amount >= 10 else f"{amount:.2g} {name}"
 
 
-def draw_highlight():
+def _draw_highlight():
     """Draw the highlight of the city in the current 3D view, if it has one."""
     scene = bpy.context.scene
     city, _ = find_city(scene)
@@ -179,4 +179,4 @@ def draw_highlight():
     gpu.state.blend_set("NONE")
 
 
-DRAWN = ((draw_legend, "POST_PIXEL"), (draw_charts, "POST_PIXEL"), (draw_highlight, "POST_VIEW"))  # in all 3D views
+DRAWN = ((_draw_legend, "POST_PIXEL"), (_draw_charts, "POST_PIXEL"), (_draw_highlight, "POST_VIEW"))  # in all 3D views

@@ -38,7 +38,7 @@ def place_camera(scene, points, width=1600, height=900):
         The camera; it is the scene's camera now.
     """
     tan_x = SENSOR_WIDTH / 2 / LENS
-    location = frame_points(points, (RIGHT, UP, FORWARD), tan_x, tan_x * height / width)
+    location = _frame_points(points, (RIGHT, UP, FORWARD), tan_x, tan_x * height / width)
     camera = find_camera(scene, width, height)
     depths = (points - location) @ FORWARD
     camera.data.type, camera.data.lens, camera.data.clip_end = "PERSP", LENS, float(4 * depths.max() + 100)
@@ -62,7 +62,7 @@ def find_camera(scene, width, height):
     return camera
 
 
-def frame_points(points, axes, tan_x, tan_y):
+def _frame_points(points, axes, tan_x, tan_y):
     """Nearest camera position with all points inside the margins.
 
     In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z) tan_x, and so on
@@ -171,7 +171,7 @@ def look_at(area, points):
     half = VIEW_WIDTH / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
-    found = frame_points(points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above))
+    found = _frame_points(points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above))
     depth = found @ FORWARD - lean * (found @ RIGHT)
     eye = (found @ RIGHT - lean * depth) * RIGHT + (found @ UP) * UP + depth * FORWARD
     distance = float((low + high) / 2 @ FORWARD) - depth

@@ -69,7 +69,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         if not 1 < stage.frame_current <= FRAMES:
             stage.frame_set(NOON)
         seeing.timeline = True
-        show_moment(stage)
+        _show_moment(stage)
         show_result(context, city, ground, seeing.timeline_show)
         return city[MOMENT]
 
@@ -121,14 +121,14 @@ def follow_frame(stage, *_):
     if seeing is None or not seeing.timeline or city is None:
         return
     if timeline_of(city) is not None:
-        show_moment(stage)
+        _show_moment(stage)
     elif bpy.app.background:
         bpy.ops.citypv.timeline()
-    elif not bpy.app.timers.is_registered(compute_again):  # not from within a handler: it runs in the background
-        bpy.app.timers.register(compute_again, first_interval=0.1)
+    elif not bpy.app.timers.is_registered(_compute_again):  # not from within a handler: it runs in the background
+        bpy.app.timers.register(_compute_again, first_interval=0.1)
 
 
-def compute_again():
+def _compute_again():
     """Compute the timeline anew, once no other step runs: seconds to wait for that, or None."""
     if Step.current is not None:
         return 0.5
@@ -138,7 +138,7 @@ def compute_again():
     return None
 
 
-def show_moment(stage):
+def _show_moment(stage):
     """Write light and yield of the scene's frame on the faces, and set sun and sky; return the moment as text."""
     from ...core.energy.timeline import describe_moment
 
@@ -153,12 +153,12 @@ def show_moment(stage):
         write_colours(city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown)))
         if is_in_place(city) and city.get(WORN):
             colour_user_meshes(city)
-    light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
+    _light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
     city[MOMENT] = describe_moment(timeline, moment)
     return city[MOMENT]
 
 
-def light_scene(stage, direction, dni, dhi):
+def _light_scene(stage, direction, dni, dhi):
     """Set lamp and sky.
 
     Parameters

@@ -48,14 +48,14 @@ def compare_with_before(stage, city, ground):
     if before is not None and KWP in before and KWP in city:
         from ...core.results.compare_runs import compare_surfaces, match_shapes, sum_buildings, sum_states
 
-        (olds, old_rows, old_shapes), (news, rows, shapes) = read_state(before, city), read_state(city, city)
+        (olds, old_rows, old_shapes), (news, rows, shapes) = _read_state(before, city), _read_state(city, city)
         match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
     if match is None or not (match >= 0).any():
         for key in (COMPARISON, FOUND):
             city.pop(key, None)
         remove_face_attributes(city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED))
         return False
-    known = errors_of_surfaces(before, city, rows)
+    known = _errors_of_surfaces(before, city, rows)
     table, count, matched = compare_surfaces(olds, news, match, known), len(city[KWP]), match >= 0
     for name in COMPARED:
         earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
@@ -68,8 +68,8 @@ def compare_with_before(stage, city, ground):
     buildings = sum_buildings(table)
     sums = sum_states(buildings)
     tables = {
-        "sums": [tell_change(name, one) for name, one in sums.items() if one["buildings"]],
-        "buildings": [tell_change(row["building_id"], row) for row in buildings.to_dict("records")],
+        "sums": [_tell_change(name, one) for name, one in sums.items() if one["buildings"]],
+        "buildings": [_tell_change(row["building_id"], row) for row in buildings.to_dict("records")],
     }
     city[COMPARISON] = json.dumps(tables)
     new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
@@ -81,7 +81,7 @@ two standard errors"
     return True
 
 
-def read_state(item, city):
+def _read_state(item, city):
     """Surfaces of a city, or of what was kept of it, that have faces.
 
     Parameters
@@ -122,7 +122,7 @@ def read_state(item, city):
     return table, rows, shapes
 
 
-def errors_of_surfaces(before, city, rows):
+def _errors_of_surfaces(before, city, rows):
     """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it, else NaN; or None."""
     session, earlier = find_session(city), find_session(before)
     if session is None or earlier is None or session.change is None or session.change[0] is not earlier.base:
@@ -146,7 +146,7 @@ def values_of_surfaces(item, name, count, missing=np.nan):
     return found
 
 
-def tell_change(name, sums):
+def _tell_change(name, sums):
     """Row of a table: name, state, energy [MWh] before, after, its change with standard error, of roofs, of facades."""
     parts = {"before": "before", "after": "after", "change": "change", "error": "change_standard_error"}
     parts |= {"roofs": "change_roofs", "facades": "change_facades"}
@@ -156,7 +156,7 @@ def tell_change(name, sums):
 
 @lru_cache(maxsize=4)
 def read_comparison(text):
-    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of `tell_change`."""
+    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of `_tell_change`."""
     return json.loads(text) if text else {"sums": [], "buildings": []}
 
 

@@ -90,9 +90,9 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         weighed = with_energy(session, *kept, progress)
         try:
             if name in COMPARED:
-                write_comparison(weighed, *compared, COMPARED[name], path)
+                _write_comparison(weighed, *compared, COMPARED[name], path)
             else:
-                write_results(weighed, name, path, progress)
+                _write_results(weighed, name, path, progress)
         except OSError as error:
             raise InputError(path, f"cannot be written ({error.strerror})", "choose another place") from error
         return session, weighed, name, path
@@ -106,7 +106,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         return f"Written: {path}"
 
 
-def write_results(session, name, path, progress=silent):
+def _write_results(session, name, path, progress=silent):
     """Write the results of a session in one format; the report is that of `citypv plot`.
 
     Parameters
@@ -134,7 +134,7 @@ def write_results(session, name, path, progress=silent):
             found = city, scene, session.transfer, session.energy, session.weather
             write_exports(work, found, request, [name], progress)
         else:
-            write_state(work, session, progress)
+            _write_state(work, session, progress)
         if name == "report":  # without pictures where matplotlib is missing
             from ...core.results.read_results import read_results
             from ...core.results.write_report import write_report
@@ -143,7 +143,7 @@ def write_results(session, name, path, progress=silent):
         path.write_bytes((work / FILES[name][0]).read_bytes())
 
 
-def write_state(work, session, progress=silent, **beside):
+def _write_state(work, session, progress=silent, **beside):
     """Write tables and summary of a session to a folder, with shapes where they are known; `beside`: to the summary."""
     from ...core.city.grid_cells import outline_surfaces
     from ...core.commands.write_run import draw_city
@@ -159,7 +159,7 @@ def write_state(work, session, progress=silent, **beside):
     write_summary(work / "summary.json", summary | beside)
 
 
-def write_comparison(session, earlier, names, file, path):
+def _write_comparison(session, earlier, names, file, path):
     """Write a file of `citypv compare`, with the errors of the rays that both states share.
 
     Parameters
@@ -179,9 +179,9 @@ def write_comparison(session, earlier, names, file, path):
         before, after = (Path(folder, f"{number}", name) for number, name in enumerate(names))
         for work in (before, after):
             work.mkdir(parents=True)
-        write_state(before, earlier)
+        _write_state(before, earlier)
         shared = session.change is not None and session.change[0] is earlier.base
-        write_state(after, session, **({"variant": {"base_crc32": mark_of(before)}} if shared else {}))
+        _write_state(after, session, **({"variant": {"base_crc32": mark_of(before)}} if shared else {}))
         if shared:
             known = [(name, error) for name, error in session.change[1].items() if isfinite(error)]
             with (after / CHANGE).open("w", encoding="utf-8", newline="") as table:

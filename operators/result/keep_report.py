@@ -26,7 +26,7 @@ def keep_report(item, scene, findings):
     findings : list of core.list_findings.Finding
     """
     item[FILES] = [str(path) for path in scene.report.files]
-    item[REPORT] = lines = describe_import(scene)
+    item[REPORT] = lines = _describe_import(scene)
     surfaces, rows = scene.surfaces, []
     pairs = np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str))
     classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
@@ -42,12 +42,12 @@ def keep_report(item, scene, findings):
         for name in names or sorted(set(words.tolist()) - {""}):
             chosen = np.flatnonzero(words == name)
             if len(chosen) or name == "all":
-                rows.append(build_row(heading, name, chosen, float(surfaces.area[chosen].sum())))
-    item[ROWS] = rows + [build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings]
+                rows.append(_build_row(heading, name, chosen, float(surfaces.area[chosen].sum())))
+    item[ROWS] = rows + [_build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings]
     return f"Read {lines[1]}"
 
 
-def build_row(heading, name, surfaces, area, ids=()):
+def _build_row(heading, name, surfaces, area, ids=()):
     """Row of a named group of surfaces, or of elements that were left out, as it is stored: dict.
 
     Parameters
@@ -73,7 +73,7 @@ def build_row(heading, name, surfaces, area, ids=()):
     }
 
 
-def describe_import(scene):
+def _describe_import(scene):
     """Import report in sentences: files, buildings, levels of detail, location, notes."""
     report, site = scene.report, scene.site
     names = [Path(path).name for path in report.files]
@@ -141,7 +141,7 @@ def describe_row(row):
     return " · ".join(filter(None, (row["count"], row["area"], list_some(row["ids"].split("\n")))))
 
 
-def write_out(item):
+def _write_out(item):
     """Write the complete report as text: the city, weather and hours, albedos, and groups with all ids."""
     lines = [*item.get(FILES, ()), *item.get(REPORT, ())]
     if WEATHER in item or item.get(ALBEDOS):
@@ -167,7 +167,7 @@ class ShowReport(OfCity, Action, bpy.types.Operator):
     def act(self, context, city, ground):
         """Write the text and show it: in the open text editors, else in one in a window of its own."""
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
-        text.from_string(write_out(city))
+        text.from_string(_write_out(city))
         windows = list(context.window_manager.windows)
         areas = [area for window in windows for area in window.screen.areas if area.type == "TEXT_EDITOR"]
         if not areas and not bpy.app.background:

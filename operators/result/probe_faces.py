@@ -44,7 +44,7 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         if event.type in ("ESC", "RIGHTMOUSE"):
             context.workspace.status_text_set(None)
             return {"FINISHED"}
-        area, region = find_region(context, event)
+        area, region = _find_region(context, event)
         if event.type != "LEFTMOUSE" or event.value != "PRESS" or region is None:
             return {"PASS_THROUGH"}
         place = event.mouse_x - region.x, event.mouse_y - region.y
@@ -67,12 +67,12 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         if not chosen.any():
             raise InputError(city.name, "no faces are selected", "select faces, or click on one")
         rows = np.unique(surface[np.isin(building, building[chosen]) if self.whole else chosen])
-        city[PROBE], city[CHARTS] = describe_surfaces(session, rows), chart_surfaces(session, rows).tolist()
+        city[PROBE], city[CHARTS] = describe_surfaces(session, rows), _chart_surfaces(session, rows).tolist()
         select_faces(context, city, np.isin(surface, rows))
         return ", ".join(line.replace("|", " ") for line in city[PROBE])
 
 
-def find_region(context, event):
+def _find_region(context, event):
     """3D view and its region under the cursor, or None and None."""
     for area in list_views(context):
         for region in area.regions:
@@ -139,7 +139,7 @@ def describe_surfaces(session, rows):
     ]
 
 
-def chart_surfaces(session, rows):
+def _chart_surfaces(session, rows):
     """Energy of each month [MWh] and mean power at each hour of local mean solar time [kW]: (12 + 3 · 24,) float64.
 
     Parameters

@@ -43,10 +43,10 @@ def select_faces(context, item, chosen):
         ]
     for own, faces in parts:
         if faces.any() and (own == item or own.visible_get()):
-            mark_faces(own.data, faces)
+            _mark_faces(own.data, faces)
             own.select_set(True)
             context.view_layer.objects.active = own
-    mark_faces(item.data, chosen)
+    _mark_faces(item.data, chosen)
     context.tool_settings.mesh_select_mode = (False, False, True)
     item[HIGHLIGHT] = True
 
@@ -73,7 +73,7 @@ def read_selection(mesh):
     return read_array(mesh.polygons, "select", dtype=bool)
 
 
-def mark_faces(mesh, chosen):
+def _mark_faces(mesh, chosen):
     """Select these faces only of a mesh, in object mode."""
     # In face mode Blender derives edge and vertex selection from faces; selected hidden faces are shown again.
     mesh.polygons.foreach_set("hide", read_array(mesh.polygons, "hide", dtype=bool) & ~chosen)
@@ -121,7 +121,7 @@ class DeselectFaces(OfCity, Action, bpy.types.Operator):
     def act(self, context, city, ground):
         """Deselect."""
         leave_edit_mode(context)
-        mark_faces(city.data, np.zeros(len(city.data.polygons), dtype=bool))
+        _mark_faces(city.data, np.zeros(len(city.data.polygons), dtype=bool))
         city.pop(HIGHLIGHT, None)
 
 
