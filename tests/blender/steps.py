@@ -1,5 +1,7 @@
 """What a user of the panel does, from a script."""
 
+import sys
+
 import bpy
 import numpy as np
 import pytest
@@ -70,16 +72,24 @@ def add_tower(x=5.0):
 
 
 def trace_anew(session):
-    """The city of a session in a full run, at the same place and with the same decisions; its ground is laid anew."""
+    """The city of a session in a full run, at the same place and with the same decisions; its
+    ground is laid anew.
+    """
     base, scene = session.base, session.base.scene
     request = base.request
     options = SceneOptions(sectors=request.sectors, site=scene.site, lattice=scene.lattice)
-    scene = build_scene(session.city, ground=request.ground, patch_size=request.patch_size, options=options)
-    return trace_scene(scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request))
+    scene = build_scene(
+        session.city, ground=request.ground, patch_size=request.patch_size, options=options
+    )
+    return trace_scene(
+        scene, session.weather, request, prepared=prepare_decided(base.decisions, scene, request)
+    )
 
 
 def assert_full_run(session):
-    """The light is that of a full run of the edited city, but for the ground, which an edit leaves as it lies."""
+    """The light is that of a full run of the edited city, but for the ground, which an edit leaves
+    as it lies.
+    """
     expected = trace_anew(session)
     assert expected.surfaces.surface_id == session.transfer.surfaces.surface_id
     assert session.transfer.visible_share == pytest.approx(expected.visible_share, abs=0.13)
@@ -87,3 +97,11 @@ def assert_full_run(session):
     error = np.maximum(expected.diffuse_relative_standard_error, 1e-4)
     apart = (session.transfer.diffuse_relative - expected.diffuse_relative) / error
     assert np.sqrt((apart**2).mean()) < 1.1
+
+
+def forget_module(monkeypatch, name):
+    """Let a module be imported anew, until the patch is undone; its package forgets it, too."""
+    package, _, child = name.rpartition(".")
+    if package in sys.modules:
+        monkeypatch.delattr(sys.modules[package], child, raising=False)
+    monkeypatch.delitem(sys.modules, name)

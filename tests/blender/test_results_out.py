@@ -1,4 +1,6 @@
-"""Exports, best buildings and charts of the probe: the same numbers as in the tables of the command line."""
+"""Exports, best buildings and charts of the probe: the same numbers as in the tables of the command
+line.
+"""
 
 import json
 import sqlite3
@@ -9,7 +11,7 @@ import bpy
 import numpy as np
 import pandas as pd
 import pytest
-from steps import refuse, run
+from steps import forget_module, refuse, run
 
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.result.compute_energy import read_best
@@ -34,16 +36,22 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as in Blender's own Python
     drawing = ("citypv.core.results.draw_", "citypv.core.results.picture")
     for name in [name for name in sys.modules if name.startswith(drawing)]:
-        monkeypatch.delitem(sys.modules, name)
-    assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "plain.html")) == {"FINISHED"}
+        forget_module(monkeypatch, name)
+    assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "plain.html")) == {
+        "FINISHED"
+    }
     plain = (tmp_path / "plain.html").read_text("utf-8")
     assert 'id="city-data"' in plain  # the city in 3D
-    assert "no pictures" in plain and "data:image" not in plain and "Full load hours by kind" in plain
+    assert (
+        "no pictures" in plain and "data:image" not in plain and "Full load hours by kind" in plain
+    )
 
     # The best buildings are those of buildings.csv, in its order of energy.
     best, ranked = read_best(city), buildings.sort_values("mwh_per_year", ascending=False)
     assert [name for name, _, _ in best] == list(ranked["building_id"])
-    assert [float(mwh) for _, _, mwh in best] == pytest.approx(list(ranked["mwh_per_year"]), abs=0.06)
+    assert [float(mwh) for _, _, mwh in best] == pytest.approx(
+        list(ranked["mwh_per_year"]), abs=0.06
+    )
     run("show_building")
     shown = read_face_attribute(city.data, "building")[read_selection(city.data)]
     assert set(shown) == {list(city["citypv_buildings"]).index(best[0][0])}
@@ -62,7 +70,9 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
 
 def test_exports_that_cannot_be_written_say_why(city, tmp_path):
     nowhere, folder = tmp_path / "none" / "faces.csv", tmp_path / "faces.csv"
-    refuse("export", "there is no such folder; choose another", format="faces", filepath=str(nowhere))
+    refuse(
+        "export", "there is no such folder; choose another", format="faces", filepath=str(nowhere)
+    )
     folder.mkdir()
     refuse("export", "cannot be written", format="faces", filepath=str(folder))
     find_session(city).scene = None
